@@ -1,0 +1,69 @@
+// The interface of all scan readers. A reader turns bytes into blocks of points; it knows no threads,
+// but its stretches may be read by several threads at a time (`read` is const and keeps no state).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "formats/point_block.h"
+#include "formats/schema.h"
+
+namespace cairn::formats {
+
+/// A variable length record of a LAS file, kept as it was (here: those that tell the CRS).
+struct VariableLengthRecord {
+  std::string user_id;
+  std::uint16_t record_id = 0;
+  std::string description;
+  std::vector<std::byte> data;
+  friend bool operator==(const VariableLengthRecord&, const VariableLengthRecord&) = default;
+};
+
+struct ScanInfo {
+  std::filesystem::path path;
+  std::string format;  ///< for people: "LAS 1.2, point format 3", "PLY ascii"
+  PositionEncoding encoding = PositionEncoding::kFloat64;
+  std::array<double, 3> scale{1, 1, 1};   ///< kSteps only; finite and > 0
+  std::array<double, 3> offset{0, 0, 0};  ///< kSteps only; finite
+  Schema schema;
+  std::uint64_t claimed_points = 0;  ///< what the header says
+  std::uint64_t present_points = 0;  ///< records that the file has room for, at most claimed_points
+  std::vector<VariableLengthRecord> crs;
+};
+
+struct ScanOptions {
+  /// Keep the whole records of a file that ends early, instead of refusing it.
+  bool allow_truncated = false;
+};
+
+/// Called with consecutive blocks of a stretch. May throw to stop reading.
+using BlockSink = std::function<void(const PointBlock&)>;
+
+class ScanReader {
+ public:
+  virtual ~ScanReader() = default;
+
+  virtual const ScanInfo& info() const = 0;
+
+  /// Independent stretches of the scan, in file order. A text file is one stretch.
+  virtual std::size_t stretch_count() const = 0;
+
+  /// An upper bound of the points in a stretch, checked against the file's size; the bounds of all
+  /// stretches add up to info().present_points.
+  virtual std::uint64_t stretch_capacity(std::size_t stretch) const = 0;
+
+  /// Streams the points of one stretch, in file order. Throws Error (kInput) where the bytes are not
+  /// what the header promised; for a text file cut short under `allow_truncated` it ends early.
+  virtual void read(std::size_t stretch, const BlockSink& sink) const = 0;
+};
+
+/// Opens a scan by its content and suffix. Throws Error: kInput for what cannot be read, naming file,
+/// offset, found and expected; kSystem if the file cannot be opened.
+std::unique_ptr<ScanReader> open_scan(const std::filesystem::path& path, const ScanOptions& options);
+
+}  // namespace cairn::formats
