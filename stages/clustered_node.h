@@ -1,0 +1,38 @@
+// How a finished node travels from the cluster stage to the pack stage, which know nothing of each
+// other: the one calls a NodeSink for each node, the other is one.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/dataset/node_data.h"
+#include "formats/dataset/node_record.h"
+
+namespace cairn::stages {
+
+/// A node whose points stand in storage order, before quantisation, with all that its record tells of
+/// it and that its points alone do not.
+struct ClusteredNode {
+  formats::NodeId id{};
+  formats::NodeData points;
+  std::vector<std::uint32_t> block_start;  ///< N + 1 entries as in NodeRecord
+  formats::GridBox subtree_box;            ///< tight box of all decoded points below this node
+  std::uint64_t weight = 0;
+  double squared_error = 0;  ///< sum over input points of the squared world distance to their representative here
+  double bound = 0;          ///< largest such distance, before this node's own quantisation; rounded up
+  /// For each point how far the spheres that it stands for reach from it (world units, before this
+  /// node's own quantisation); empty in leaves.
+  std::vector<double> reach;
+  float theta = 0;          ///< degrees, as in NodeRecord
+  std::uint32_t grid = 0;   ///< as in NodeRecord
+  formats::Digest digest;
+};
+
+/// Takes finished nodes, from several threads, in any order.
+class NodeSink {
+ public:
+  virtual ~NodeSink() = default;
+  virtual void take(ClusteredNode&& node) = 0;
+};
+
+}  // namespace cairn::stages

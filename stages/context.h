@@ -1,0 +1,34 @@
+// What a stage may ask of its runner: threads, memory, work arrays, a place to tell progress, and
+// whether to stop. A stage knows no file names, no configuration, no journal.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string_view>
+
+#include "formats/arrays/external_array.h"
+
+namespace cairn::stages {
+
+/// Where a stage tells how far it is. Called from any thread.
+class ProgressSink {
+ public:
+  virtual ~ProgressSink() = default;
+  /// A stage begins that will handle `total_points` points.
+  virtual void begin(std::string_view stage, std::uint64_t total_points) = 0;
+  /// `points` more points are done.
+  virtual void advance(std::uint64_t points) = 0;
+  virtual void end() = 0;
+};
+
+struct Context {
+  unsigned threads = 1;
+  std::uint64_t memory_bytes = 0;  ///< peak resident memory of the whole program
+  /// Makes an empty work array with room for `size_bytes`, reserved on disk.
+  std::function<formats::ExternalArray(std::string_view name, std::uint64_t size_bytes)> make_array;
+  ProgressSink* progress = nullptr;
+  std::stop_token stop;
+};
+
+}  // namespace cairn::stages
