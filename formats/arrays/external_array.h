@@ -1,0 +1,47 @@
+// External arrays: byte arrays in memory-mapped files, larger than memory where they must be. Space is
+// reserved on disk before it is mapped, so a full disk is an error at creation that names the bytes
+// needed, and never a SIGBUS later.
+// Based on: the memory-mapped external arrays that the system of Goswami et al. 2010 builds on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace cairn::formats {
+
+/// How an array is about to be walked through; a hint to the kernel.
+enum class Access { kSequential, kRandom };
+
+class ExternalArray {
+ public:
+  ExternalArray() = default;
+  /// Creates the file, which must not exist, reserves `size_bytes` and maps it. The array reads as
+  /// zeros. Throws Error (kSystem). The file is removed with the array.
+  ExternalArray(std::filesystem::path path, std::uint64_t size_bytes);
+  ExternalArray(ExternalArray&& other) noexcept;
+  ExternalArray& operator=(ExternalArray&& other) noexcept;
+  ~ExternalArray();
+
+  std::uint64_t size_bytes() const { return size_bytes_; }
+  /// The whole array. The span must not outlive the array.
+  std::span<std::byte> bytes() { return {data_, static_cast<std::size_t>(size_bytes_)}; }
+  std::span<const std::byte> bytes() const { return {data_, static_cast<std::size_t>(size_bytes_)}; }
+
+  void advise(Access access);
+  /// Gives the pages that lie wholly in a range back to the kernel: resident memory shrinks, contents stay.
+  void release(std::uint64_t offset, std::uint64_t size_bytes);
+  /// Gives the disk space of a range back; its contents then read as zeros.
+  void discard(std::uint64_t offset, std::uint64_t size_bytes);
+
+ private:
+  void close() noexcept;
+
+  std::filesystem::path path_;
+  std::byte* data_ = nullptr;
+  std::uint64_t size_bytes_ = 0;
+  int descriptor_ = -1;
+};
+
+}  // namespace cairn::formats
