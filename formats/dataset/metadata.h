@@ -1,0 +1,50 @@
+// metadata.json: a dataset told to people and to other programs. It repeats what the index says and adds
+// where the points come from. It holds no time and no path, so the same input gives the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "formats/dataset/node_record.h"
+#include "formats/error.h"
+#include "formats/scans/scan_reader.h"
+
+namespace cairn::formats {
+
+/// One input file and what became of its points.
+struct SourceSummary {
+  std::string name;    ///< file name without its folder
+  std::string format;  ///< ScanInfo::format
+  std::uint64_t claimed = 0;
+  std::uint64_t kept = 0;
+  std::uint64_t dropped = 0;
+  std::uint64_t missing = 0;
+};
+
+/// What the metadata holds that the index does not.
+struct MetadataExtras {
+  /// Settings that decide the bytes of the dataset, in the order to be told; values are JSON texts
+  /// (`15`, `"lzo"`, `null`). Not threads, memory or paths.
+  std::vector<std::pair<std::string, std::string>> parameters;
+  std::vector<SourceSummary> sources;
+  std::vector<VariableLengthRecord> crs;  ///< as the inputs have them, each once
+};
+
+/// The text of metadata.json. `nodes` are all records, in id order, with final section offsets. Throws
+/// Error (kUsage) where a parameter is not JSON.
+std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
+                           const MetadataExtras& extras);
+
+/// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing;
+/// the tree) with the index. Offsets of errors are known for broken JSON only.
+[[nodiscard]] std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHeader& header);
+
+/// The coordinate system records that a metadata text carries. Empty if there are none.
+[[nodiscard]] std::optional<DecodeError> read_metadata_crs(std::string_view text,
+                                                           std::vector<VariableLengthRecord>& crs);
+
+}  // namespace cairn::formats
