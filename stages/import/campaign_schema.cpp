@@ -1,0 +1,193 @@
+#include "stages/import/campaign_schema.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "formats/bytes.h"
+#include "formats/error.h"
+
+namespace cairn::stages {
+
+using formats::Attribute;
+using formats::PositionEncoding;
+using formats::ScalarType;
+using formats::Schema;
+
+namespace {
+
+bool is_float(ScalarType type) { return type == ScalarType::kF32 || type == ScalarType::kF64; }
+bool is_signed(ScalarType type) {
+  return type == ScalarType::kI8 || type == ScalarType::kI16 || type == ScalarType::kI32 || type == ScalarType::kI64;
+}
+
+/// The narrowest type that holds every value of both; float64 where no integer type does.
+ScalarType common_type(ScalarType a, ScalarType b) {
+  if (a == b) return a;
+  const std::size_t size_a = formats::size_bytes(a), size_b = formats::size_bytes(b);
+  if (is_float(a) || is_float(b)) {
+    // float32 holds all integers of up to 16 bits.
+    const bool narrow = a != ScalarType::kF64 && b != ScalarType::kF64 && (is_float(a) || size_a <= 2) &&
+                        (is_float(b) || size_b <= 2);
+    return narrow ? ScalarType::kF32 : ScalarType::kF64;
+  }
+  if (!is_signed(a) && !is_signed(b)) return size_a > size_b ? a : b;
+  // An unsigned partner needs one bit more.
+  const std::size_t need = std::max(is_signed(a) ? size_a : 2 * size_a, is_signed(b) ? size_b : 2 * size_b);
+  switch (need) {
+    case 1: return ScalarType::kI8;
+    case 2: return ScalarType::kI16;
+    case 4: return ScalarType::kI32;
+    case 8: return ScalarType::kI64;
+    default: return ScalarType::kF64;
+  }
+}
+
+double load_as_double(const std::byte* at, ScalarType type) {
+  switch (type) {
+    case ScalarType::kU8: return formats::load_le<std::uint8_t>(at);
+    case ScalarType::kI8: return formats::load_le<std::int8_t>(at);
+    case ScalarType::kU16: return formats::load_le<std::uint16_t>(at);
+    case ScalarType::kI16: return formats::load_le<std::int16_t>(at);
+    case ScalarType::kU32: return formats::load_le<std::uint32_t>(at);
+    case ScalarType::kI32: return formats::load_le<std::int32_t>(at);
+    case ScalarType::kU64: return static_cast<double>(formats::load_le<std::uint64_t>(at));
+    case ScalarType::kI64: return static_cast<double>(formats::load_le<std::int64_t>(at));
+    case ScalarType::kF32: return static_cast<double>(formats::load_le<float>(at));
+    case ScalarType::kF64: return formats::load_le<double>(at);
+  }
+  return 0;
+}
+
+template <typename T>
+void store_as(std::byte* at, double value) {
+  formats::store_le(at, static_cast<T>(value));
+}
+
+/// Stores a value that the target type holds exactly (see common_type).
+void store_from_double(std::byte* at, ScalarType type, double value) {
+  switch (type) {
+    case ScalarType::kU8: return store_as<std::uint8_t>(at, value);
+    case ScalarType::kI8: return store_as<std::int8_t>(at, value);
+    case ScalarType::kU16: return store_as<std::uint16_t>(at, value);
+    case ScalarType::kI16: return store_as<std::int16_t>(at, value);
+    case ScalarType::kU32: return store_as<std::uint32_t>(at, value);
+    case ScalarType::kI32: return store_as<std::int32_t>(at, value);
+    case ScalarType::kU64: return store_as<std::uint64_t>(at, value);
+    case ScalarType::kI64: return store_as<std::int64_t>(at, value);
+    case ScalarType::kF32: return store_as<float>(at, value);
+    case ScalarType::kF64: return store_as<double>(at, value);
+  }
+}
+
+template <std::size_t kSize>
+void copy_strided(const std::byte* source, std::span<const std::uint32_t> kept, std::byte* out, std::size_t stride) {
+  for (const std::uint32_t i : kept) {
+    std::memcpy(out, source + kSize * i, kSize);
+    out += stride;
+  }
+}
+
+void merge_into(Schema& schema, const Attribute& attribute, const formats::ScanInfo& scan) {
+  const auto known = formats::find_attribute(schema, attribute.name);
+  if (!known) {
+    schema.push_back(attribute);
+    return;
+  }
+  Attribute& merged = schema[*known];
+  if (merged.components != attribute.components)
+    formats::throw_input({.what = "attribute '" + attribute.name + "' has another number of components than in the scans before",
+                          .path = scan.path,
+                          .found = std::to_string(attribute.components),
+                          .expected = std::to_string(merged.components) + " (or drop it)"});
+  merged.type = common_type(merged.type, attribute.type);
+}
+
+}  // namespace
+
+Schema merge_schemas(std::span<const formats::ScanInfo* const> scans, const std::vector<std::string>& drop) {
+  Schema schema;
+  for (const formats::ScanInfo* scan : scans)
+    for (const Attribute& attribute : scan->schema) merge_into(schema, attribute, *scan);
+  for (const std::string& name : drop) {
+    const auto found = formats::find_attribute(schema, name);
+    if (!found) formats::throw_usage("cannot drop attribute '" + name + "': no scan has it");
+    schema.erase(schema.begin() + static_cast<std::ptrdiff_t>(*found));
+  }
+  if (const auto radius = formats::find_attribute(schema, formats::attribute_name::kRadius))
+    std::rotate(schema.begin() + static_cast<std::ptrdiff_t>(*radius),
+                schema.begin() + static_cast<std::ptrdiff_t>(*radius) + 1, schema.end());
+  return schema;
+}
+
+RecordConverter::RecordConverter(const formats::ScanInfo& scan, const Schema& campaign,
+                                 const formats::RecordLayout& layout)
+    : layout_(layout), encoding_(scan.encoding) {
+  for (std::size_t i = 0; i < campaign.size(); ++i) {
+    const auto source = formats::find_attribute(scan.schema, campaign[i].name);
+    if (!source) continue;
+    const Attribute& from = scan.schema[*source];
+    const bool widen = campaign[i].name == formats::attribute_name::kColor && from.type == ScalarType::kU8 &&
+                       campaign[i].type == ScalarType::kU16;
+    columns_.push_back({*source, layout.offsets[i], from, campaign[i], widen ? 257.0 : 1.0});
+  }
+}
+
+std::size_t RecordConverter::convert(const formats::PointBlock& block, std::byte* out) const {
+  std::vector<std::uint32_t> kept;
+  kept.reserve(block.count);
+  for (std::uint32_t i = 0; i < block.count; ++i) {
+    if (encoding_ != PositionEncoding::kSteps) {
+      const auto& p = block.world[i];
+      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+    }
+    kept.push_back(i);
+  }
+  std::byte* record = out;
+  for (const std::uint32_t i : kept) {
+    if (encoding_ == PositionEncoding::kSteps) {
+      std::memcpy(record, block.steps[i].data(), 12);
+    } else if (encoding_ == PositionEncoding::kFloat64) {
+      std::memcpy(record, block.world[i].data(), 24);
+    } else {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        formats::store_le(record + 4 * axis, static_cast<float>(block.world[i][axis]));
+    }
+    record += layout_.stride;
+  }
+  for (const Column& column : columns_) copy_column(column, block, kept, out);
+  return kept.size();
+}
+
+void RecordConverter::copy_column(const Column& column, const formats::PointBlock& block,
+                                  std::span<const std::uint32_t> kept, std::byte* out) const {
+  const std::byte* source = block.columns[column.source].data();
+  std::byte* target = out + column.offset;
+  const std::size_t size = column.from.size_bytes();
+  if (column.from.type == column.to.type) {
+    switch (size) {
+      case 1: return copy_strided<1>(source, kept, target, layout_.stride);
+      case 2: return copy_strided<2>(source, kept, target, layout_.stride);
+      case 3: return copy_strided<3>(source, kept, target, layout_.stride);
+      case 4: return copy_strided<4>(source, kept, target, layout_.stride);
+      case 6: return copy_strided<6>(source, kept, target, layout_.stride);
+      case 8: return copy_strided<8>(source, kept, target, layout_.stride);
+      case 12: return copy_strided<12>(source, kept, target, layout_.stride);
+      default: break;
+    }
+    for (const std::uint32_t i : kept) {
+      std::memcpy(target, source + size * i, size);
+      target += layout_.stride;
+    }
+    return;
+  }
+  const std::size_t from_size = formats::size_bytes(column.from.type), to_size = formats::size_bytes(column.to.type);
+  for (const std::uint32_t i : kept) {
+    for (std::size_t c = 0; c < column.from.components; ++c)
+      store_from_double(target + c * to_size, column.to.type,
+                        column.factor * load_as_double(source + size * i + c * from_size, column.from.type));
+    target += layout_.stride;
+  }
+}
+
+}  // namespace cairn::stages

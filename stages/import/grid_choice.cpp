@@ -1,0 +1,215 @@
+#include "stages/import/grid_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "formats/error.h"
+
+namespace cairn::stages {
+
+using formats::Grid;
+using formats::PositionEncoding;
+using formats::ScanInfo;
+
+namespace {
+
+/// Scales and offsets are decimal fractions rounded to doubles: they count as whole multiples of each
+/// other if they are so to a millionth.
+constexpr double kWholeTolerance = 1e-6;
+/// Beyond this a double cannot tell neighbouring whole numbers.
+constexpr double kLargestWhole = 9007199254740992.0;  // 2^53
+
+std::optional<std::int64_t> whole_number(double value) {
+  const double nearest = std::round(value);
+  if (!(std::fabs(value - nearest) <= kWholeTolerance) || std::fabs(nearest) > kLargestWhole) return std::nullopt;
+  return static_cast<std::int64_t>(nearest);
+}
+
+/// How a LAS axis lies on a grid axis: grid step + shift = factor * scan step + addend.
+struct AxisFit {
+  std::int64_t factor;
+  std::int64_t addend;
+};
+
+std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step, double grid_offset) {
+  const auto factor = whole_number(scan_scale / grid_step);
+  const auto addend = whole_number((scan_offset - grid_offset) / grid_step);
+  // The product with an int32 must stay far from the end of int64.
+  if (!factor || !addend || *factor < 1 || *factor > (std::int64_t{1} << 30)) return std::nullopt;
+  return AxisFit{*factor, *addend};
+}
+
+struct StepRange {
+  std::int64_t min = std::numeric_limits<std::int64_t>::max();
+  std::int64_t max = std::numeric_limits<std::int64_t>::min();
+};
+
+/// Puts the smallest coordinate on step 0, or on the smallest int32 where the span needs all 32 bits.
+std::optional<std::int64_t> shift_for(const StepRange& range) {
+  const std::int64_t span = range.max - range.min;
+  if (span <= std::numeric_limits<std::int32_t>::max()) return range.min;
+  if (span <= std::numeric_limits<std::uint32_t>::max()) return range.min - std::numeric_limits<std::int32_t>::min();
+  return std::nullopt;
+}
+
+/// The grid of the scans' own scales, if they share one.
+std::optional<Grid> common_scale_grid(std::span<const ScanExtent> scans) {
+  Grid grid;
+  const ScanInfo* first = nullptr;
+  for (const ScanExtent& extent : scans) {
+    if (extent.scan->encoding != PositionEncoding::kSteps) return std::nullopt;
+    if (first == nullptr) {
+      first = extent.scan;
+      grid.step = first->scale;
+      grid.offset = first->offset;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) grid.step[axis] = std::min(grid.step[axis], extent.scan->scale[axis]);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    StepRange range;
+    for (const ScanExtent& extent : scans) {
+      const auto fit = fit_axis(extent.scan->scale[axis], extent.scan->offset[axis], grid.step[axis], grid.offset[axis]);
+      if (!fit) return std::nullopt;
+      if (extent.box.empty()) continue;
+      range.min = std::min(range.min, static_cast<std::int64_t>(extent.box.min[axis]) * fit->factor + fit->addend);
+      range.max = std::max(range.max, static_cast<std::int64_t>(extent.box.max[axis]) * fit->factor + fit->addend);
+    }
+    const auto shift = shift_for(range);
+    if (!shift) return std::nullopt;
+    grid.shift[axis] = *shift;
+  }
+  return grid;
+}
+
+/// World coordinate of a native one; the one place where LAS steps are scaled in floating point.
+double world_of(const ScanInfo& scan, std::size_t axis, double native) {
+  return scan.encoding == PositionEncoding::kSteps ? scan.offset[axis] + scan.scale[axis] * native : native;
+}
+
+ScanBox world_box(std::span<const ScanExtent> scans) {
+  ScanBox box;
+  for (const ScanExtent& extent : scans) {
+    if (extent.box.empty()) continue;
+    std::array<double, 3> low, high;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = world_of(*extent.scan, axis, extent.box.min[axis]);
+      high[axis] = world_of(*extent.scan, axis, extent.box.max[axis]);
+    }
+    box.add(low);
+    box.add(high);
+  }
+  return box;
+}
+
+/// The smallest power of two that is >= value; value > 0 and finite.
+double power_of_two_at_least(double value) {
+  int exponent = 0;
+  const double mantissa = std::frexp(value, &exponent);  // value = mantissa * 2^exponent, mantissa in [0.5, 1)
+  return std::ldexp(1.0, mantissa == 0.5 ? exponent - 1 : exponent);
+}
+
+Grid power_of_two_grid(const ScanBox& box) {
+  double extent = 0, farthest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent = std::max(extent, box.max[axis] - box.min[axis]);
+    farthest = std::max({farthest, std::fabs(box.min[axis]), std::fabs(box.max[axis])});
+  }
+  constexpr double kSteps = (1 << 30) - 2;  // room for rounding at both ends
+  double step = extent > 0 ? power_of_two_at_least(extent / kSteps) : 0;
+  // Nothing is gained by steps below what a double can tell at the farthest coordinate.
+  if (farthest > 0) step = std::max(step, std::ldexp(power_of_two_at_least(farthest), -52));
+  if (step == 0) step = 1;
+  Grid grid;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    grid.step[axis] = step;
+    grid.shift[axis] = std::llround(box.min[axis] / step);
+  }
+  return grid;
+}
+
+void require_resolution(std::span<const ScanExtent> scans, const Grid& grid, std::optional<double> accepted) {
+  const double step = grid.step[0];
+  for (const ScanExtent& extent : scans) {
+    if (extent.box.empty() || step <= extent.resolution || (accepted && step <= *accepted)) continue;
+    const auto& box = extent.box;
+    formats::throw_input(
+        {.what = fmt::format("the campaign's extent forces a grid step of {} units, coarser than this scan's own resolution; "
+                             "its points reach from ({}, {}, {}) to ({}, {}, {})",
+                             step, box.min[0], box.min[1], box.min[2], box.max[0], box.max[1], box.max[2]),
+         .path = extent.scan->path,
+         .found = fmt::format("resolution {}", extent.resolution),
+         .expected = "stray points removed, or a --resolution to accept"});
+  }
+}
+
+}  // namespace
+
+void ScanBox::add(const std::array<double, 3>& p) {
+  if (empty()) {
+    min = max = p;
+    return;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    min[axis] = std::min(min[axis], p[axis]);
+    max[axis] = std::max(max[axis], p[axis]);
+  }
+}
+
+void ScanBox::add(const ScanBox& other) {
+  if (other.empty()) return;
+  add(other.min);
+  add(other.max);
+}
+
+Grid choose_grid(std::span<const ScanExtent> scans, std::optional<double> accepted_resolution) {
+  if (const auto grid = common_scale_grid(scans)) return *grid;
+  const ScanBox box = world_box(scans);
+  CAIRN_CHECK(!box.empty());
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!std::isfinite(box.max[axis] - box.min[axis]))
+      formats::throw_input({.what = fmt::format("the campaign's extent from {} to {} on axis {} is beyond what a double can tell",
+                                                box.min[axis], box.max[axis], axis)});
+  const Grid grid = power_of_two_grid(box);
+  require_resolution(scans, grid, accepted_resolution);
+  return grid;
+}
+
+PositionMap::PositionMap(const ScanInfo& scan, const Grid& grid)
+    : encoding_(scan.encoding), scan_scale_(scan.scale), scan_offset_(scan.offset), grid_(grid) {
+  if (encoding_ != PositionEncoding::kSteps) return;
+  exact_ = true;
+  for (std::size_t axis = 0; axis < 3 && exact_; ++axis) {
+    const auto fit = fit_axis(scan.scale[axis], scan.offset[axis], grid.step[axis], grid.offset[axis]);
+    exact_ = fit.has_value();
+    if (!fit) break;
+    factor_[axis] = fit->factor;
+    addend_[axis] = fit->addend - grid.shift[axis];
+  }
+}
+
+std::int32_t PositionMap::round(std::size_t axis, double native) const {
+  const double world =
+      encoding_ == PositionEncoding::kSteps ? scan_offset_[axis] + scan_scale_[axis] * native : native;
+  const double steps = (world - grid_.offset[axis]) / grid_.step[axis];
+  if (!(std::fabs(steps) < 9.0e18)) return steps < 0 ? INT32_MIN : INT32_MAX;
+  const std::int64_t shifted = std::llround(steps);
+  std::int64_t result;
+  if (__builtin_sub_overflow(shifted, grid_.shift[axis], &result)) return steps < 0 ? INT32_MIN : INT32_MAX;
+  return saturate(result);
+}
+
+formats::GridPoint PositionMap::map(const std::array<double, 3>& native) const {
+  formats::GridPoint out;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (exact_)
+      out[axis] = saturate(static_cast<std::int64_t>(native[axis]) * factor_[axis] + addend_[axis]);
+    else
+      out[axis] = round(axis, native[axis]);
+  }
+  return out;
+}
+
+}  // namespace cairn::stages

@@ -1,0 +1,217 @@
+#include "stages/import/import.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+#include "formats/error.h"
+#include "stages/import/campaign_schema.h"
+#include "stages/parallel.h"
+
+namespace cairn::stages {
+
+using formats::PointBlock;
+using formats::PositionEncoding;
+using formats::ScanInfo;
+
+namespace {
+
+/// One stretch of one scan: the unit of parallel reading, with a place of its own in the array.
+struct Stretch {
+  std::size_t scan;
+  std::size_t stretch;
+  std::uint64_t first_slot;
+  std::uint64_t capacity;
+  // Filled by reading:
+  std::uint64_t read = 0;
+  std::uint64_t kept = 0;
+  ScanBox box = {};
+};
+
+std::vector<const ScanInfo*> infos_of(const Scans& scans) {
+  std::vector<const ScanInfo*> infos;
+  for (const auto& scan : scans) infos.push_back(&scan->info());
+  return infos;
+}
+
+std::vector<Stretch> list_stretches(const Scans& scans) {
+  std::vector<Stretch> stretches;
+  std::uint64_t slot = 0;
+  for (std::size_t s = 0; s < scans.size(); ++s)
+    for (std::size_t i = 0; i < scans[s]->stretch_count(); ++i) {
+      const std::uint64_t capacity = scans[s]->stretch_capacity(i);
+      stretches.push_back({s, i, slot, capacity});
+      if (__builtin_add_overflow(slot, capacity, &slot))
+        formats::throw_input({.what = "the scans' point counts add up to more than 2^64"});
+    }
+  return stretches;
+}
+
+std::size_t native_position_bytes(const Scans& scans) {
+  for (const auto& scan : scans)
+    if (scan->info().encoding == PositionEncoding::kFloat64) return 24;
+  return 12;
+}
+
+std::array<double, 3> native_position(const std::byte* record, PositionEncoding encoding) {
+  std::array<double, 3> p;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (encoding == PositionEncoding::kSteps) p[axis] = formats::load_le<std::int32_t>(record + 4 * axis);
+    if (encoding == PositionEncoding::kFloat32)
+      p[axis] = static_cast<double>(formats::load_le<float>(record + 4 * axis));
+    if (encoding == PositionEncoding::kFloat64) p[axis] = formats::load_le<double>(record + 8 * axis);
+  }
+  return p;
+}
+
+void read_stretch(const formats::ScanReader& scan, const RecordConverter& converter, std::size_t stride,
+                  formats::ExternalArray& array, Stretch& stretch, const Context& context) {
+  std::uint64_t at = stretch.first_slot * stride;
+  scan.read(stretch.stretch, [&](const PointBlock& block) {
+    throw_if_stopped(context);
+    CAIRN_CHECK(block.count <= stretch.capacity - stretch.read);
+    std::byte* out = array.bytes().data() + at;
+    const std::size_t kept = converter.convert(block, out);
+    for (std::size_t i = 0; i < kept; ++i) stretch.box.add(native_position(out + i * stride, scan.info().encoding));
+    stretch.read += block.count;
+    stretch.kept += kept;
+    array.release(at, kept * stride);
+    at += kept * stride;
+    context.progress->advance(block.count);
+  });
+}
+
+/// 2^-22 of the longest side of the box of the middle 99 % of a scan's points, per axis; judged on every
+/// k-th point, at most about 2^17 of them, since it only tells stray points from the rest.
+double float_resolution(const ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
+  std::uint64_t total = 0;
+  for (const RecordRun& run : points.runs) total += run.scan == scan ? run.count : 0;
+  const std::uint64_t every = total / (1 << 17) + 1;
+  std::array<std::vector<double>, 3> samples;
+  std::uint64_t before = 0;
+  for (const RecordRun& run : points.runs) {
+    if (run.scan != scan) continue;
+    for (std::uint64_t i = (every - before % every) % every; i < run.count; i += every) {
+      const auto p = native_position(points.array.bytes().data() + run.first_byte + i * points.stride, encoding);
+      for (std::size_t axis = 0; axis < 3; ++axis) samples[axis].push_back(p[axis]);
+    }
+    before += run.count;
+  }
+  const double float_digits = encoding == PositionEncoding::kFloat32 ? std::ldexp(1.0, -24) : std::ldexp(1.0, -50);
+  double resolution = 0;
+  for (auto& axis : samples) {
+    std::sort(axis.begin(), axis.end());
+    const std::size_t cut = axis.size() / 200;
+    const double low = axis[cut], high = axis[axis.size() - 1 - cut];
+    const double magnitude = std::max(std::fabs(low), std::fabs(high));
+    resolution = std::max({resolution, std::ldexp(high - low, -22), magnitude * float_digits});
+  }
+  return resolution;
+}
+
+ScanExtent extent_of(const ImportedPoints& points, std::size_t scan, const ScanInfo& info, const ScanBox& box) {
+  ScanExtent extent{&info, box, std::numeric_limits<double>::infinity()};
+  if (box.empty()) return extent;
+  extent.resolution = info.encoding == PositionEncoding::kSteps
+                          ? *std::min_element(info.scale.begin(), info.scale.end())
+                          : float_resolution(points, scan, info.encoding);
+  return extent;
+}
+
+void fix_grid(ImportedPoints& points, const Scans& scans, const std::vector<Stretch>& stretches,
+              std::optional<double> resolution) {
+  std::vector<ScanBox> boxes(scans.size());
+  for (const Stretch& stretch : stretches) boxes[stretch.scan].add(stretch.box);
+  std::vector<ScanExtent> extents;
+  for (std::size_t s = 0; s < scans.size(); ++s) extents.push_back(extent_of(points, s, scans[s]->info(), boxes[s]));
+  points.grid = choose_grid(extents, resolution);
+  for (std::size_t s = 0; s < scans.size(); ++s) {
+    points.maps.emplace_back(scans[s]->info(), points.grid);
+    if (boxes[s].empty()) continue;
+    // The map is monotone on every axis, so the corners' images are the tight box.
+    points.box.add(points.maps[s].map(boxes[s].min));
+    points.box.add(points.maps[s].map(boxes[s].max));
+  }
+}
+
+void keep_ledger(ImportedPoints& points, const Scans& scans, const std::vector<Stretch>& stretches) {
+  points.ledger.resize(scans.size());
+  for (std::size_t s = 0; s < scans.size(); ++s) points.ledger[s].claimed = scans[s]->info().claimed_points;
+  for (const Stretch& stretch : stretches) {
+    points.ledger[stretch.scan].read += stretch.read;
+    points.ledger[stretch.scan].kept += stretch.kept;
+    points.points += stretch.kept;
+    if (stretch.kept > 0)
+      points.runs.push_back({stretch.scan, stretch.first_slot * points.stride, stretch.kept});
+  }
+}
+
+}  // namespace
+
+std::uint64_t import_bytes(const Scans& scans, const ImportOptions& options) {
+  const formats::RecordLayout layout(merge_schemas(infos_of(scans), options.drop), native_position_bytes(scans));
+  std::uint64_t capacity = 0;
+  for (const Stretch& stretch : list_stretches(scans)) capacity += stretch.capacity;
+  std::uint64_t bytes = 0;
+  if (__builtin_mul_overflow(capacity, layout.stride, &bytes))
+    formats::throw_input({.what = "the scans' points need more than 2^64 bytes"});
+  return bytes;
+}
+
+ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Context& context) {
+  const std::uint64_t size_bytes = import_bytes(scans, options);
+  const auto infos = infos_of(scans);
+  ImportedPoints points{.array = {}, .schema = merge_schemas(infos, options.drop),
+                        .native_position_bytes = native_position_bytes(scans), .stride = 0, .runs = {}, .grid = {},
+                        .maps = {}, .ledger = {}, .box = {}, .points = 0};
+  const formats::RecordLayout layout(points.schema, points.native_position_bytes);
+  points.stride = layout.stride;
+  points.array = context.make_array("import", size_bytes);
+
+  std::vector<Stretch> stretches = list_stretches(scans);
+  std::vector<RecordConverter> converters;
+  for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout);
+  context.progress->begin("import", size_bytes / layout.stride);
+  for_each_piece(stretches.size(), [&](std::uint64_t i) {
+    Stretch& stretch = stretches[i];
+    read_stretch(*scans[stretch.scan], converters[stretch.scan], layout.stride, points.array, stretch, context);
+  });
+  keep_ledger(points, scans, stretches);
+  context.progress->end();
+  if (points.points == 0)
+    formats::throw_input({.what = "no usable point in the campaign",
+                          .path = infos.empty() ? std::filesystem::path{} : infos.front()->path,
+                          .found = "0 points with finite coordinates", .expected = "at least one"});
+  fix_grid(points, scans, stretches, options.resolution);
+  return points;
+}
+
+void stream_canonical_records(const Scans& scans, const formats::Schema& schema, const formats::Grid& grid,
+                              const RecordSink& sink) {
+  const formats::RecordLayout native(schema, native_position_bytes(scans));
+  const formats::RecordLayout canonical(schema, 12);
+  const std::size_t attribute_bytes = canonical.stride - 12;
+  const std::vector<Stretch> stretches = list_stretches(scans);
+  for_each_piece(stretches.size(), [&](std::uint64_t i) {
+    const formats::ScanReader& scan = *scans[stretches[i].scan];
+    const RecordConverter converter(scan.info(), schema, native);
+    const PositionMap map(scan.info(), grid);
+    std::vector<std::byte> from, to;
+    scan.read(stretches[i].stretch, [&](const PointBlock& block) {
+      from.assign(block.count * native.stride, std::byte{0});
+      const std::size_t kept = converter.convert(block, from.data());
+      to.resize(kept * canonical.stride);
+      for (std::size_t p = 0; p < kept; ++p) {
+        const std::byte* source = from.data() + p * native.stride;
+        const formats::GridPoint position = map.map(source);
+        std::memcpy(to.data() + p * canonical.stride, position.data(), 12);
+        std::memcpy(to.data() + p * canonical.stride + 12, source + native.position_size_bytes, attribute_bytes);
+      }
+      sink(to, canonical.stride);
+    });
+  });
+}
+
+}  // namespace cairn::stages

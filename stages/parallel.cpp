@@ -1,0 +1,21 @@
+#include "stages/parallel.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace cairn::stages {
+
+void run_in_arena(unsigned workers, const std::function<void()>& work) {
+  tbb::task_arena arena(static_cast<int>(workers));
+  arena.execute(work);
+}
+
+void for_each_piece(std::uint64_t count, const std::function<void(std::uint64_t)>& piece) {
+  if (count == 1) return piece(0);
+  tbb::parallel_for(tbb::blocked_range<std::uint64_t>(0, count, 1), [&](const auto& range) {
+    for (std::uint64_t i = range.begin(); i != range.end(); ++i) piece(i);
+  }, tbb::simple_partitioner{});
+}
+
+}  // namespace cairn::stages

@@ -1,0 +1,25 @@
+// The two ways in which stages run in parallel: over numbered pieces whose results do not depend on who
+// does which, and inside an arena of as many workers as the runner allows.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "stages/context.h"
+
+namespace cairn::stages {
+
+/// Thrown when the runner asked to stop; the command's entry tells the user.
+struct Stopped {};
+
+inline void throw_if_stopped(const Context& context) {
+  if (context.stop.stop_requested()) throw Stopped{};
+}
+
+/// Runs `work` with at most `workers` threads for all parallel loops inside it.
+void run_in_arena(unsigned workers, const std::function<void()>& work);
+
+/// Calls piece(0) ... piece(count - 1), in any order and side by side. Rethrows the first error.
+void for_each_piece(std::uint64_t count, const std::function<void(std::uint64_t)>& piece);
+
+}  // namespace cairn::stages
