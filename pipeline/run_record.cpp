@@ -1,0 +1,96 @@
+#include "pipeline/run_record.h"
+
+#include <sys/utsname.h>
+
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+
+#include "formats/error.h"
+#include "pipeline/compiled_in.h"
+#include "pipeline/memory_budget.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string processor_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("model name"))
+      if (const std::size_t colon = line.find(": "); colon != std::string::npos)
+        return line.substr(colon + 2);
+  return "unknown";
+}
+
+Json machine() {
+  utsname system{};
+  ::uname(&system);
+  return {{"processor", processor_name()},
+          {"processors", std::thread::hardware_concurrency()},
+          {"memory_bytes", machine_memory_bytes()},
+          {"system", std::string(system.sysname) + " " + system.release}};
+}
+
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  ::gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+Json stage_json(const StageTiming& stage) {
+  const double rate = stage.seconds > 0 ? static_cast<double>(stage.points) / stage.seconds : 0;
+  return {{"name", stage.name}, {"points", stage.points}, {"seconds", stage.seconds}, {"points_per_s", rate}};
+}
+
+}  // namespace
+
+void write_run_record(const std::filesystem::path& folder, const BuildReport& report) {
+  Json stages = Json::array();
+  for (const StageTiming& stage : report.stages) stages.push_back(stage_json(stage));
+  const Json record{{"version", program_version()},
+                    {"finished", now_utc()},
+                    {"elapsed_s", report.elapsed_s},
+                    {"scans", report.scans},
+                    {"input_bytes", report.input_bytes},
+                    {"threads", report.threads},
+                    {"memory_limit_bytes", report.memory_limit_bytes},
+                    {"peak_memory_bytes", report.peak_memory_bytes},
+                    {"stages", std::move(stages)},
+                    {"machine", machine()}};
+  const std::filesystem::path path = folder / "run.json";
+  errno = 0;
+  std::ofstream out(path);
+  out << record.dump(2) << '\n';
+  if (!out.flush()) formats::throw_system("cannot write", path, errno);
+}
+
+std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) {
+  std::ifstream in(folder / "run.json");
+  const Json record = Json::parse(in, nullptr, /*allow_exceptions=*/false);
+  if (!record.is_object()) return std::nullopt;
+  try {
+    BuildReport report{.stages = {},
+                       .elapsed_s = record.at("elapsed_s").get<double>(),
+                       .threads = record.at("threads").get<unsigned>(),
+                       .memory_limit_bytes = record.at("memory_limit_bytes").get<std::uint64_t>(),
+                       .peak_memory_bytes = record.at("peak_memory_bytes").get<std::uint64_t>(),
+                       .scans = record.at("scans").get<std::uint64_t>(),
+                       .input_bytes = record.at("input_bytes").get<std::uint64_t>()};
+    for (const Json& stage : record.at("stages"))
+      report.stages.push_back({stage.at("name").get<std::string>(), stage.at("points").get<std::uint64_t>(),
+                               stage.at("seconds").get<double>()});
+    return report;
+  } catch (const Json::exception&) {
+    return std::nullopt;  // a record by another version, or edited: it is only told, never needed
+  }
+}
+
+}  // namespace cairn::pipeline

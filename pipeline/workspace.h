@@ -1,0 +1,46 @@
+// Where a build works: NAME.cairn.work/ beside the output, with the bulky arrays in a scratch folder if one
+// is given. Both are held by one build at a time and vanish when it ends, in success or failure; the dataset
+// appears under its name in one step.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "pipeline/locked_folder.h"
+
+namespace cairn::pipeline {
+
+class Workspace {
+ public:
+  /// Looks at the output's place and makes the work folders. Throws Error: kUsage if the output exists
+  /// without `force`, or is not a dataset that `force` may replace, or a folder does not exist; kSystem if
+  /// another build of the same output is under way. A folder that a killed build left is emptied, which
+  /// one line on stderr says.
+  Workspace(const std::filesystem::path& output, const std::optional<std::filesystem::path>& scratch,
+            bool force);
+
+  /// The files of the finished dataset are written here.
+  const std::filesystem::path& dataset_folder() const { return dataset_folder_; }
+  /// Work arrays are made here.
+  const std::filesystem::path& arrays_folder() const { return arrays_folder_; }
+  /// Where the dataset will be: the output with symbolic links followed.
+  const std::filesystem::path& output() const { return output_; }
+
+  /// Throws Error (kSystem), naming needed and free bytes, unless the disks have room for work arrays of
+  /// `array_bytes` and a dataset of `dataset_bytes`.
+  void require_free(std::uint64_t array_bytes, std::uint64_t dataset_bytes) const;
+
+  /// Syncs the dataset and puts it in place, once. The one that it replaces is removed after that.
+  void publish();
+
+ private:
+  std::filesystem::path output_;
+  bool force_;
+  LockedFolder work_;
+  std::optional<LockedFolder> scratch_;
+  std::filesystem::path dataset_folder_;
+  std::filesystem::path arrays_folder_;
+};
+
+}  // namespace cairn::pipeline
