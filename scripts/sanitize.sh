@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Builds with Clang's sanitizers and runs the tests that they are for.
+#
+#   scripts/sanitize.sh asan    addresses and undefined behaviour: all short tests
+#   scripts/sanitize.sh tsan    data races: the short tests of the parallel code
+#   scripts/sanitize.sh         both
+set -euo pipefail
+cd "$(dirname "$0")/.."
+jobs=$(nproc)
+
+# Debian's oneTBB is not instrumented, so the thread sanitizer cannot see how it synchronises and
+# reports races that are none. Builds Debian's source package with the sanitizer, once.
+build_tsan_onetbb() {
+  local tree=$PWD/build/tsan-onetbb
+  [[ -e $tree/install/done ]] && return
+  echo "Building oneTBB with the thread sanitizer"
+  rm -rf "$tree"
+  mkdir -p "$tree"/{source,sources.d,lists/partial}
+
+  # The machine's own package sources, as sources of source packages, for this call alone.
+  local entries
+  for entries in /etc/apt/sources.list /etc/apt/sources.list.d/*.{list,sources}; do
+    [[ -f $entries ]] || continue
+    sed -E 's/^Types:.*/Types: deb-src/; s/^deb([[:space:]])/deb-src\1/' "$entries" \
+      >"$tree/sources.d/$(basename "$entries")"
+  done
+  local apt=(apt-get -qq -o Dir::Etc::sourcelist=/dev/null -o Dir::Etc::sourceparts="$tree/sources.d"
+    -o Dir::State::lists="$tree/lists" -o APT::Sandbox::User="$(id -un)")
+  "${apt[@]}" update
+  (cd "$tree/source" && "${apt[@]}" source onetbb >/dev/null)
+
+  cmake -S "$tree"/source/onetbb-*/ -B "$tree/build" -G Ninja \
+    -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DCMAKE_INSTALL_PREFIX="$tree/install" -DTBB_SANITIZE=thread -DTBB_TEST=OFF \
+    -DTBBMALLOC_BUILD=OFF >"$tree/log" &&
+    cmake --build "$tree/build" >>"$tree/log" &&
+    cmake --install "$tree/build" >>"$tree/log" || { tail -n 40 "$tree/log" >&2; exit 1; }
+  touch "$tree/install/done"
+}
+
+# run <preset> <ctest option>...
+run() {
+  local preset=$1
+  shift
+  echo "== $preset"
+  cmake --preset "$preset" >/dev/null
+  cmake --build --preset "$preset"
+  ctest --preset "$preset" --parallel "$jobs" --label-regex short "$@"
+}
+
+scripts/setup.sh checks
+export UBSAN_OPTIONS=print_stacktrace=1
+[[ $# -gt 0 ]] || set -- asan tsan
+for sanitizer in "$@"; do
+  case $sanitizer in
+    asan) run asan ;;
+    tsan)
+      build_tsan_onetbb
+      run tsan --tests-regex '^(stages|end_to_end)/'
+      ;;
+    *) grep '^#   ' "$0" >&2; exit 2 ;;
+  esac
+done

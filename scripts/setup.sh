@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Installs what the build needs on Debian 12, if it is missing; does nothing when all is there.
+#
+#   scripts/setup.sh            compiler, CMake and libraries
+#   scripts/setup.sh checks     these, and Clang with its sanitizers, clang-format and clang-tidy
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build ccache pkg-config git ca-certificates python3
+  libtbb-dev libfmt-dev libspdlog-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
+  liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
+)
+if [[ "${1:-}" == checks ]]; then
+  packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev)
+elif [[ $# -gt 0 ]]; then
+  grep '^#   ' "$0" >&2
+  exit 2
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  [[ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" == installed ]] ||
+    missing+=("$package")
+done
+[[ ${#missing[@]} -eq 0 ]] && exit 0
+
+as_root=()
+[[ $EUID -eq 0 ]] || as_root=(sudo)
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300)
+
+echo "Installing: ${missing[*]}"
+"${apt[@]}" update
+"${apt[@]}" install --yes --no-install-recommends "${missing[@]}" >/dev/null

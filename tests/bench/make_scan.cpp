@@ -1,0 +1,343 @@
+// make_scan: writes a synthetic scan of any size, the same bytes for the same arguments.
+//
+// A shape is a surface over the unit square. It is sampled the way a scanner sweeps: row after row
+// with a jittered step, denser towards the middle of each row, with range noise along the normal.
+// All shapes share one frame in metres, so that scans of different shapes and seeds make one
+// campaign. Points are written as they are made; memory does not grow with their number.
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+constexpr double kTau = 2 * std::numbers::pi;
+
+struct Vec3 {
+  double x = 0, y = 0, z = 0;
+
+  Vec3 operator+(Vec3 o) const { return {x + o.x, y + o.y, z + o.z}; }
+  Vec3 operator-(Vec3 o) const { return {x - o.x, y - o.y, z - o.z}; }
+  Vec3 operator*(double f) const { return {x * f, y * f, z * f}; }
+};
+
+double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+Vec3 cross(Vec3 a, Vec3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Unit vector along `v`; up if `v` vanishes.
+Vec3 normalised(Vec3 v) {
+  const double length = std::sqrt(dot(v, v));
+  return length > 0 ? v * (1 / length) : Vec3{0, 0, 1};
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+
+  /// Uniform in [0, 1).
+  double uniform() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15U;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+  }
+  /// Triangular in (-1, 1).
+  double noise() { return uniform() - uniform(); }
+
+ private:
+  std::uint64_t state_;
+};
+
+// --- Shapes --------------------------------------------------------------------------------------
+
+using Surface = Vec3 (*)(double u, double v);
+
+/// A figure 3 m high on the origin, turned on a lathe: waist, shoulders, folds and a fine grain.
+Vec3 statue(double u, double v) {
+  const double turn = kTau * u;
+  const double body = 0.55 + 0.2 * std::sin(kTau * 1.5 * v + 0.6) + 0.06 * std::sin(kTau * 5 * v);
+  const double closed_ends = std::sqrt(std::max(0.0, 1 - std::pow(2 * v - 1, 8)));
+  const double folds = 1 + 0.08 * std::sin(9 * turn + 3 * std::sin(kTau * v));
+  const double grain = 1 + 0.01 * std::sin(41 * turn) * std::sin(kTau * 37 * v);
+  const double radius = body * closed_ends * folds * grain;
+  return {radius * std::cos(turn), radius * std::sin(turn), 3 * v};
+}
+
+/// 200 m of hills around the origin, octave upon octave, with a levelled square in the middle.
+Vec3 terrain(double u, double v) {
+  const double x = 200 * (u - 0.5), y = 200 * (v - 0.5);
+  double height = 0;
+  for (int octave = 0; octave < 6; ++octave) {
+    const double frequency = 0.02 * std::exp2(octave), angle = 1.1 * octave;
+    const double along = x * std::cos(angle) + y * std::sin(angle);
+    const double across = y * std::cos(angle) - x * std::sin(angle);
+    height += 4 / std::exp2(octave) * std::sin(frequency * along + octave) *
+              std::cos(1.3 * frequency * across);
+  }
+  const double distance = std::sqrt(x * x + y * y);
+  return {x, y, height * std::clamp((distance - 10) / 30, 0.0, 1.0)};
+}
+
+/// A wall 24 m wide and 12 m high behind the statue, with recessed windows and courses of brick.
+Vec3 facade(double u, double v) {
+  const double x = 24 * (u - 0.5), z = 12 * v;
+  const auto within = [](double value, double period, double low, double high) {
+    const double place = value - period * std::floor(value / period);
+    return place > low && place < high;
+  };
+  const bool window = within(x, 3, 0.8, 2.2) && within(z, 4, 1.2, 3.2);
+  const bool mortar = within(z, 0.25, 0, 0.02);
+  return {x, 8 + (window ? 0.3 : mortar ? 0.01 : 0.0), z};
+}
+
+const std::map<std::string, Surface> kShapes = {
+    {"statue", statue}, {"terrain", terrain}, {"facade", facade}};
+
+/// Normal of a surface by differences; it looks to the side from which u runs anticlockwise to v.
+Vec3 normal_at(Surface surface, double u, double v) {
+  constexpr double kStep = 1e-5;
+  const Vec3 along_u = surface(u + kStep, v) - surface(u - kStep, v);
+  const Vec3 along_v = surface(u, v + kStep) - surface(u, v - kStep);
+  return normalised(cross(along_u, along_v));
+}
+
+// --- Points --------------------------------------------------------------------------------------
+
+struct Point {
+  Vec3 position, normal;
+  std::array<std::uint8_t, 3> colour;
+  std::uint16_t intensity;
+};
+
+std::uint8_t to_byte(double value) {
+  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
+}
+
+Point sample(Surface surface, double u, double v, Random& random) {
+  constexpr double kRangeNoise_m = 0.002;
+  const Vec3 normal = normal_at(surface, u, v);
+  const Vec3 position = surface(u, v) + normal * (kRangeNoise_m * random.noise());
+
+  const double light = 0.35 + 0.65 * std::abs(dot(normal, normalised({0.4, -0.6, 0.7})));
+  const double speckle = 12 * random.noise();
+  const double band = 0.5 + 0.5 * std::sin(1.7 * position.z + 0.8 * std::sin(position.x));
+  return {
+      position,
+      normal,
+      {to_byte((130 + 90 * band) * light + speckle), to_byte((150 + 40 * band) * light + speckle),
+       to_byte((170 - 80 * band) * light + speckle)},
+      static_cast<std::uint16_t>(40000 * light)};
+}
+
+/// Calls `take(point)` for exactly `count` points, in the order of a sweep.
+template <std::invocable<const Point&> Take>
+void sweep(Surface surface, std::uint64_t count, std::uint64_t seed, Take take) {
+  Random random(seed);
+  const auto rows = static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(count))));
+  std::uint64_t done = 0;
+  for (std::uint64_t row = 0; row < rows; ++row) {
+    const std::uint64_t in_row = (count - done) / (rows - row);
+    for (std::uint64_t i = 0; i < in_row; ++i) {
+      const double step = (static_cast<double>(i) + random.uniform()) / static_cast<double>(in_row);
+      const double u = step + 0.12 * std::sin(kTau * step);
+      const double v = (static_cast<double>(row) + random.uniform()) / static_cast<double>(rows);
+      take(sample(surface, u, v, random));
+    }
+    done += in_row;
+  }
+}
+
+// --- Files ---------------------------------------------------------------------------------------
+
+/// Little-endian numbers appended to a file through a buffer.
+class ByteSink {
+ public:
+  explicit ByteSink(const std::string& path) : file_(path, std::ios::binary) { check(); }
+
+  template <typename T>
+  void put(T value) {
+    static_assert(std::endian::native == std::endian::little && std::is_arithmetic_v<T>);
+    put_bytes(std::span(reinterpret_cast<const char*>(&value), sizeof value));
+  }
+  /// `text` cut or filled with zeros to `size_bytes`.
+  void put_text(std::string_view text, std::size_t size_bytes) {
+    std::string field(text.substr(0, size_bytes));
+    field.resize(size_bytes);
+    put_bytes(field);
+  }
+  void put_bytes(std::span<const char> bytes) {
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    if (buffer_.size() >= kFlush_bytes) flush();
+  }
+  void seek(std::streamoff offset) {
+    flush();
+    file_.seekp(offset);
+  }
+  void flush() {
+    file_.write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    buffer_.clear();
+    file_.flush();
+    check();
+  }
+
+ private:
+  static constexpr std::size_t kFlush_bytes = std::size_t{1} << 20;
+
+  void check() const {
+    if (!file_) throw std::runtime_error("the output file cannot be written");
+  }
+
+  std::ofstream file_;
+  std::vector<char> buffer_;
+};
+
+class ScanWriter {
+ public:
+  virtual ~ScanWriter() = default;
+  virtual void write(const Point& point) = 0;
+  virtual void finish() = 0;
+};
+
+/// LAS 1.2, point format 2, coordinates in millimetres.
+class LasWriter : public ScanWriter {
+ public:
+  LasWriter(const std::string& path, std::uint64_t count) : sink_(path), count_(count) {
+    if (count > std::numeric_limits<std::uint32_t>::max())
+      throw std::runtime_error("LAS 1.2 holds at most 4,294,967,295 points");
+    put_header();
+  }
+
+  void write(const Point& point) override {
+    const std::array world = {point.position.x, point.position.y, point.position.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto step = static_cast<std::int32_t>(std::lround(world[axis] / kScale));
+      low_[axis] = std::min(low_[axis], step);
+      high_[axis] = std::max(high_[axis], step);
+      sink_.put(step);
+    }
+    sink_.put(point.intensity);
+    sink_.put(std::uint8_t{0b001'001});  // return 1 of 1
+    sink_.put(std::uint8_t{0});          // classification: never classified
+    sink_.put(std::int8_t{0});           // scan angle
+    sink_.put(std::uint8_t{0});          // user data
+    sink_.put(std::uint16_t{1});         // point source
+    for (const std::uint8_t channel : point.colour)
+      sink_.put(static_cast<std::uint16_t>(channel * 257));
+  }
+
+  void finish() override {
+    sink_.seek(0);
+    put_header();
+    sink_.flush();
+  }
+
+ private:
+  static constexpr double kScale = 0.001;
+
+  void put_header() {
+    const auto count = static_cast<std::uint32_t>(count_);
+    sink_.put_text("LASF", 4);
+    sink_.put_text("", 20);  // file source, encoding, project id
+    sink_.put(std::uint8_t{1});
+    sink_.put(std::uint8_t{2});
+    sink_.put_text("synthetic", 32);
+    sink_.put_text("make_scan", 32);
+    sink_.put(std::uint16_t{1});     // day of the year
+    sink_.put(std::uint16_t{2000});  // year
+    sink_.put(std::uint16_t{227});   // header size
+    sink_.put(std::uint32_t{227});   // offset of the points
+    sink_.put(std::uint32_t{0});     // variable-length records
+    sink_.put(std::uint8_t{2});      // point format
+    sink_.put(std::uint16_t{26});    // record size
+    sink_.put(count);
+    sink_.put(count);  // of these, first returns
+    for (int later_return = 2; later_return <= 5; ++later_return) sink_.put(std::uint32_t{0});
+    for (int axis = 0; axis < 3; ++axis) sink_.put(kScale);
+    for (int axis = 0; axis < 3; ++axis) sink_.put(0.0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sink_.put(count > 0 ? high_[axis] * kScale : 0.0);
+      sink_.put(count > 0 ? low_[axis] * kScale : 0.0);
+    }
+  }
+
+  ByteSink sink_;
+  std::uint64_t count_;
+  std::array<std::int32_t, 3> low_ = filled(std::numeric_limits<std::int32_t>::max());
+  std::array<std::int32_t, 3> high_ = filled(std::numeric_limits<std::int32_t>::min());
+
+  static std::array<std::int32_t, 3> filled(std::int32_t value) { return {value, value, value}; }
+};
+
+/// Binary little-endian PLY with normals and colours.
+class PlyWriter : public ScanWriter {
+ public:
+  PlyWriter(const std::string& path, std::uint64_t count) : sink_(path) {
+    std::string header = "ply\nformat binary_little_endian 1.0\ncomment made by make_scan\n";
+    header += "element vertex " + std::to_string(count) + "\n";
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+      header += std::string("property float ") + name + "\n";
+    for (const char* name : {"red", "green", "blue"})
+      header += std::string("property uchar ") + name + "\n";
+    sink_.put_bytes(header + "end_header\n");
+  }
+
+  void write(const Point& point) override {
+    for (const Vec3 v : {point.position, point.normal})
+      for (const double value : {v.x, v.y, v.z}) sink_.put(static_cast<float>(value));
+    for (const std::uint8_t channel : point.colour) sink_.put(channel);
+  }
+
+  void finish() override { sink_.flush(); }
+
+ private:
+  ByteSink sink_;
+};
+
+std::unique_ptr<ScanWriter> open_writer(const std::string& path, std::uint64_t count) {
+  if (path.ends_with(".las")) return std::make_unique<LasWriter>(path, count);
+  if (path.ends_with(".ply")) return std::make_unique<PlyWriter>(path, count);
+  throw std::runtime_error("the output's name must end in .las or .ply");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Writes a synthetic scan, the same bytes for the same arguments", "make_scan");
+  std::uint64_t count = 0, seed = 1;
+  std::string shape = "statue", output;
+  app.add_option("--points", count, "number of points")->required();
+  app.add_option("--shape", shape, "statue, terrain or facade")->check(CLI::IsMember(kShapes));
+  app.add_option("--seed", seed, "of jitter and noise; scans of one shape differ by it");
+  app.add_option("-o,--output", output, "file to write, .las or .ply")->required();
+  CLI11_PARSE(app, argc, argv);
+
+  try {
+    const std::unique_ptr<ScanWriter> writer = open_writer(output, count);
+    sweep(kShapes.at(shape), count, seed, [&](const Point& point) { writer->write(point); });
+    writer->finish();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "make_scan: error: %s: %s\n", output.c_str(), error.what());
+    return 1;
+  }
+  return 0;
+}
