@@ -1,0 +1,145 @@
+#include "formats/scans/las_extra_bytes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "formats/bytes.h"
+#include "formats/error.h"
+#include "formats/scans/attribute_naming.h"
+
+namespace cairn::formats {
+namespace {
+
+// Type codes 1 to 10 are scalars in the order of ScalarType, 11 to 20 pairs and 21 to 30 triples of
+// them; 0 is a run of undocumented bytes.
+constexpr unsigned kMaxTypeCode = 30;
+constexpr std::size_t kMaxComponents = 255;
+constexpr std::size_t kNameBytes = 32;
+
+struct Descriptor {
+  std::string name;
+  ScalarType type = ScalarType::kU8;
+  std::size_t components = 0;  ///< 0: takes no bytes
+
+  std::size_t size_bytes() const { return formats::size_bytes(type) * components; }
+  bool is_floating_scalar() const {
+    return components == 1 && (type == ScalarType::kF32 || type == ScalarType::kF64);
+  }
+};
+
+/// Nothing for a reserved type code, whose size nobody knows.
+std::optional<Descriptor> parse_descriptor(const std::byte* bytes) {
+  const auto code = load_le<std::uint8_t>(bytes + 2);
+  const auto options = load_le<std::uint8_t>(bytes + 3);
+  const char* text = reinterpret_cast<const char*>(bytes + 4);
+  Descriptor descriptor{.name = {text, ::strnlen(text, kNameBytes)}};
+  if (code > kMaxTypeCode) return std::nullopt;
+  if (code == 0) {
+    descriptor.components = options;
+    if (descriptor.name.empty()) descriptor.name = "extra_bytes";
+  } else {
+    descriptor.type = static_cast<ScalarType>((code - 1) % 10 + 1);
+    descriptor.components = (code - 1u) / 10 + 1;
+  }
+  return descriptor;
+}
+
+/// The descriptors that come before the first unusable one and together fit into `room` bytes.
+std::vector<Descriptor> usable_descriptors(std::span<const std::byte> bytes, std::size_t room) {
+  std::vector<Descriptor> usable;
+  for (; bytes.size() >= kExtraBytesDescriptorBytes;
+       bytes = bytes.subspan(kExtraBytesDescriptorBytes)) {
+    const auto descriptor = parse_descriptor(bytes.data());
+    if (!descriptor || descriptor->size_bytes() > room) break;
+    room -= descriptor->size_bytes();
+    if (descriptor->components > 0) usable.push_back(*descriptor);
+  }
+  return usable;
+}
+
+/// Whether the next three descriptors are the parts of a normal.
+bool begins_normal(std::span<const Descriptor> next) {
+  if (next.size() < 3 || !next[0].is_floating_scalar()) return false;
+  if (next[1].type != next[0].type || next[2].type != next[0].type) return false;
+  if (next[1].components != 1 || next[2].components != 1) return false;
+  const auto are = [&](std::string_view x, std::string_view y, std::string_view z) {
+    return sanitised_name(next[0].name) == x && sanitised_name(next[1].name) == y &&
+           sanitised_name(next[2].name) == z;
+  };
+  return are("normal_x", "normal_y", "normal_z") || are("nx", "ny", "nz");
+}
+
+void append_at(std::size_t& offset, std::string_view name, ScalarType type, std::size_t components,
+               Schema& schema, LasLayout& layout) {
+  append_attribute(schema, name, type, components);
+  const std::size_t size = schema.back().size_bytes();
+  layout.columns.push_back({schema.size() - 1, LasCoding::kCopy, offset, size});
+  offset += size;
+}
+
+/// One descriptor of a scalar type or, with components > 1, of what the caller knows to be one.
+void write_descriptor(std::string_view name, unsigned code, std::size_t options,
+                      std::vector<std::byte>& out) {
+  const std::size_t at = out.size();
+  out.resize(at + kExtraBytesDescriptorBytes);
+  store_le(out.data() + at + 2, static_cast<std::uint8_t>(code));
+  store_le(out.data() + at + 3, static_cast<std::uint8_t>(options));
+  std::memcpy(out.data() + at + 4, name.data(), std::min(name.size(), kNameBytes - 1));
+}
+
+void write_descriptors(const Attribute& attribute, std::vector<std::byte>& out) {
+  const auto code = static_cast<unsigned>(attribute.type);
+  const std::size_t n = attribute.components;
+  if (attribute.name == attribute_name::kNormal && n == 3) {
+    for (const char* name : {"NormalX", "NormalY", "NormalZ"}) write_descriptor(name, code, 0, out);
+  } else if (n <= 3) {
+    write_descriptor(attribute.name, code + 10 * static_cast<unsigned>(n - 1), 0, out);
+  } else if (attribute.type == ScalarType::kU8) {
+    write_descriptor(attribute.name, 0, n, out);
+  } else {
+    for (std::size_t i = 0; i < n; ++i)
+      write_descriptor(fmt::format("{}_{}", attribute.name.substr(0, kNameBytes - 5), i), code, 0,
+                       out);
+  }
+}
+
+}  // namespace
+
+void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, LasLayout& layout) {
+  std::size_t offset = las_point_size(layout.point_format);
+  const std::vector<Descriptor> usable =
+      usable_descriptors(descriptors, layout.record_length_bytes - offset);
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    const bool normal = begins_normal(std::span(usable).subspan(i)) &&
+                        !find_attribute(schema, attribute_name::kNormal);
+    if (normal) {
+      append_at(offset, attribute_name::kNormal, usable[i].type, 3, schema, layout);
+      i += 2;
+    } else {
+      append_at(offset, usable[i].name, usable[i].type, usable[i].components, schema, layout);
+    }
+  }
+  while (offset < layout.record_length_bytes)
+    append_at(offset, "extra_bytes", ScalarType::kU8,
+              std::min(kMaxComponents, layout.record_length_bytes - offset), schema, layout);
+}
+
+void append_extra_attribute(const Schema& schema, std::size_t attribute, LasLayout& layout,
+                            std::vector<std::byte>& descriptors) {
+  const std::size_t size = schema[attribute].size_bytes();
+  if (size > 65535 - layout.record_length_bytes)
+    throw_usage(
+        fmt::format("the attributes do not fit into a LAS record of 65535 bytes, from {} on",
+                    schema[attribute].name));
+  layout.columns.push_back({attribute, LasCoding::kCopy, layout.record_length_bytes, size});
+  layout.record_length_bytes += size;
+  write_descriptors(schema[attribute], descriptors);
+}
+
+}  // namespace cairn::formats

@@ -1,0 +1,93 @@
+#include "formats/scans/las_reader.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "formats/error.h"
+#include "formats/scans/las_extra_bytes.h"
+#include "formats/scans/las_vlr.h"
+#include "formats/scans/resize_block.h"
+
+namespace cairn::formats {
+namespace {
+
+constexpr std::uint64_t kStretchPoints = 4 * kBlockPoints;
+// Bytes read at a time: few enough to be decoded from the second-level cache.
+constexpr std::size_t kReadBytes = std::size_t{128} << 10;
+constexpr std::size_t kPointFormatField = 104;
+
+}  // namespace
+
+LasReader::LasReader(const std::filesystem::path& path, const ScanOptions& options)
+    : file_(path), header_(read_las_header(file_)) {
+  if (header_.compressed)
+    throw_input({.what = "LAZ is not read yet: the points are compressed",
+                 .path = path,
+                 .offset = kPointFormatField,
+                 .found = fmt::format("LAZ 1.{}, point format {}", header_.version_minor,
+                                      header_.point_format),
+                 .expected = "LAS without compression"});
+  info_.path = path;
+  info_.format =
+      fmt::format("LAS 1.{}, point format {}", header_.version_minor, header_.point_format);
+  info_.encoding = PositionEncoding::kSteps;
+  info_.scale = header_.scale;
+  info_.offset = header_.offset;
+  info_.claimed_points = header_.point_count;
+  info_.present_points = present_points(options);
+
+  const std::uint64_t points_end =
+      header_.point_data_offset + info_.present_points * header_.record_length_bytes;
+  LasRecords records = read_las_records(file_, header_, points_end, options.allow_truncated);
+  info_.crs = std::move(records.crs);
+  layout_.point_format = header_.point_format;
+  layout_.record_length_bytes = header_.record_length_bytes;
+  append_las_fields(header_.point_format, info_.schema, layout_);
+  append_extra_bytes(records.extra_bytes, info_.schema, layout_);
+}
+
+std::uint64_t LasReader::present_points(const ScanOptions& options) const {
+  const std::uint64_t room =
+      (file_.size_bytes() - header_.point_data_offset) / header_.record_length_bytes;
+  if (header_.point_count > room && !options.allow_truncated)
+    throw_input({.what = "the file ends before its last point",
+                 .path = file_.path(),
+                 .offset = file_.size_bytes(),
+                 .found = fmt::format("room for {} points", room),
+                 .expected = fmt::format("{} points of {} bytes", header_.point_count,
+                                         header_.record_length_bytes)});
+  return std::min(header_.point_count, room);
+}
+
+std::size_t LasReader::stretch_count() const {
+  return static_cast<std::size_t>((info_.present_points + kStretchPoints - 1) / kStretchPoints);
+}
+
+std::uint64_t LasReader::stretch_capacity(std::size_t stretch) const {
+  CAIRN_CHECK(stretch < stretch_count());
+  return std::min(kStretchPoints, info_.present_points - stretch * kStretchPoints);
+}
+
+void LasReader::read(std::size_t stretch, const BlockSink& sink) const {
+  const std::size_t record = header_.record_length_bytes;
+  const std::size_t block_points = block_points_for(record);
+  std::uint64_t next = stretch * kStretchPoints;
+  const std::uint64_t end = next + stretch_capacity(stretch);
+  const std::size_t read_points = std::max<std::size_t>(1, kReadBytes / record);
+  std::vector<std::byte> bytes(read_points * record);
+  PointBlock block;
+  while (next < end) {
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(block_points, end - next));
+    resize_block(info_.schema, info_.encoding, count, block);
+    for (std::size_t first = 0; first < count; first += read_points) {
+      const auto part = std::span(bytes).first(std::min(read_points, count - first) * record);
+      file_.read_exactly(header_.point_data_offset + (next + first) * record, part);
+      decode_las_records(layout_, part, first, block);
+    }
+    sink(block);
+    next += count;
+  }
+}
+
+}  // namespace cairn::formats

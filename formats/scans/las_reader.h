@@ -1,0 +1,35 @@
+// Reads LAS 1.0 to 1.5, point formats 0 to 10, in stretches of a fixed number of records. Steps,
+// scale and offset are kept as they are, so nothing is rounded.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "formats/random_access_file.h"
+#include "formats/scans/las_header.h"
+#include "formats/scans/las_layout.h"
+#include "formats/scans/scan_reader.h"
+
+namespace cairn::formats {
+
+class LasReader : public ScanReader {
+ public:
+  /// Opens and checks the file. Throws kInput for a damaged or compressed one, and for one that
+  /// ends before the last record that its header claims, unless `options.allow_truncated`.
+  LasReader(const std::filesystem::path& path, const ScanOptions& options);
+
+  const ScanInfo& info() const override { return info_; }
+  std::size_t stretch_count() const override;
+  std::uint64_t stretch_capacity(std::size_t stretch) const override;
+  void read(std::size_t stretch, const BlockSink& sink) const override;
+
+ private:
+  std::uint64_t present_points(const ScanOptions& options) const;
+
+  RandomAccessFile file_;
+  LasHeader header_;
+  LasLayout layout_;
+  ScanInfo info_;
+};
+
+}  // namespace cairn::formats

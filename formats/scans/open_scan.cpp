@@ -1,0 +1,52 @@
+#include <array>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "formats/error.h"
+#include "formats/random_access_file.h"
+#include "formats/scans/las_reader.h"
+#include "formats/scans/ply_reader.h"
+#include "formats/scans/scan_reader.h"
+
+namespace cairn::formats {
+namespace {
+
+constexpr std::size_t kMagicBytes = 16;
+
+std::string first_bytes(const std::filesystem::path& path) {
+  const RandomAccessFile file(path);
+  std::array<std::byte, kMagicBytes> bytes{};
+  const std::size_t size = file.read_at_most(0, bytes);
+  return {reinterpret_cast<const char*>(bytes.data()), size};
+}
+
+/// The beginning of a file, fit for a message.
+std::string describe(const std::string& magic, const std::filesystem::path& path) {
+  if (magic.empty()) return "an empty file";
+  std::string shown;
+  for (const char c : magic) shown += c >= 0x20 && c < 0x7f ? c : '.';
+  return fmt::format("suffix \"{}\", first bytes \"{}\"", path.extension().string(), shown);
+}
+
+bool begins_ply(const std::string& magic) {
+  return magic.starts_with("ply") && magic.size() > 3 &&
+         (magic[3] == '\n' || magic[3] == '\r' || magic[3] == ' ' || magic[3] == '\t');
+}
+
+}  // namespace
+
+// The content decides: suffixes are often wrong, and a wrong one costs nothing.
+std::unique_ptr<ScanReader> open_scan(const std::filesystem::path& path,
+                                      const ScanOptions& options) {
+  const std::string magic = first_bytes(path);
+  if (magic.starts_with("LASF")) return std::make_unique<LasReader>(path, options);
+  if (begins_ply(magic)) return std::make_unique<PlyReader>(path, options);
+  throw_input({.what = "not a scan of a known format",
+               .path = path,
+               .offset = 0,
+               .found = describe(magic, path),
+               .expected = "a LAS or PLY file"});
+}
+
+}  // namespace cairn::formats

@@ -1,0 +1,43 @@
+// Reads the instances of a PLY element that have no fixed size, one at a time: lines of numbers,
+// and binary instances with lists.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "formats/buffered_reader.h"
+#include "formats/scans/ply_header.h"
+
+namespace cairn::formats {
+
+class PlyRowSource {
+ public:
+  /// Reads instances of `element` from where `reader` stands. All three must outlive this object.
+  PlyRowSource(const RandomAccessFile& file, PlyEncoding encoding, const PlyElement& element,
+               BufferedReader& reader);
+
+  /// Reads one instance and writes its scalars one after the other into `row`: little-endian for an
+  /// ASCII file, in the file's own byte order for a binary one; lists are read and left out. `row`
+  /// is empty (the instance is read and dropped) or has room for all scalars. `last` says that no
+  /// more instances are promised: only then may an ASCII line lack its end. Returns false if the
+  /// file ends before the end of the instance. Throws kInput where the bytes are no such instance.
+  /// Blank lines are passed over.
+  bool next(std::span<std::byte> row, bool last);
+
+ private:
+  bool next_line(std::span<std::byte> row, bool last);
+  bool next_binary(std::span<std::byte> row);
+  bool skip_binary_list(const PlyProperty& property);
+  std::int64_t parse_list_length(std::string_view token);
+  [[noreturn]] void refuse(std::string what, std::string_view found, std::string expected) const;
+
+  const RandomAccessFile& file_;
+  PlyEncoding encoding_;
+  const PlyElement& element_;
+  BufferedReader& reader_;
+  std::uint64_t row_offset_ = 0;
+};
+
+}  // namespace cairn::formats
