@@ -1,0 +1,44 @@
+// Where a split pass reads its records from: slabs of the import array, whose positions still need
+// mapping to the dataset grid, or slabs of a work array, whose positions are grid steps already.
+#pragma once
+
+#include <cstring>
+#include <vector>
+
+#include "formats/arrays/external_array.h"
+#include "stages/import/grid_choice.h"
+
+namespace cairn::stages {
+
+/// Consecutive records of one array, small enough to be one parallel step.
+struct Slab {
+  formats::ExternalArray* array = nullptr;
+  std::uint64_t first_byte = 0;
+  std::uint64_t count = 0;
+  std::size_t stride = 0;           ///< bytes of a record
+  std::size_t position_bytes = 12;  ///< in front of each record
+  const PositionMap* map = nullptr; ///< none: positions are grid steps
+
+  const std::byte* record(std::uint64_t i) const { return array->bytes().data() + first_byte + i * stride; }
+  void release() const { array->release(first_byte, count * stride); }
+};
+
+/// Records in one step of a parallel pass. A constant: nothing may depend on the number of threads.
+inline constexpr std::uint64_t kSlabRecords = 1 << 18;
+
+/// Calls `visit(record bytes, grid position)` for each record of a slab, in order.
+template <typename Visit>
+void for_each_record(const Slab& slab, Visit&& visit) {
+  const std::byte* record = slab.record(0);
+  if (slab.map != nullptr) {
+    for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride) visit(record, slab.map->map(record));
+    return;
+  }
+  for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride) {
+    formats::GridPoint position;
+    std::memcpy(position.data(), record, 12);
+    visit(record, position);
+  }
+}
+
+}  // namespace cairn::stages

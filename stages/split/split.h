@@ -1,0 +1,25 @@
+// Split: the imported records are divided top-down, each node along the longest axis of its tight box
+// into N children of equal count, until the leaves of the balanced tree stand one after the other.
+// Based on: Goswami et al. 2010, section III.B and the procedure NdTree of Figure 3.
+#pragma once
+
+#include "formats/dataset/tree.h"
+#include "stages/context.h"
+#include "stages/import/import.h"
+
+namespace cairn::stages {
+
+/// All records in kd-order: the points of any node are the range Tree::input_range gives.
+struct SplitPoints {
+  formats::ExternalArray array;
+  std::size_t stride = 0;  ///< bytes of a record: 12-byte grid position, then the attributes
+};
+
+/// Bytes of disk that `split` needs beside the import array, at its peak.
+std::uint64_t split_bytes(std::uint64_t points, std::size_t stride, const formats::Tree& tree);
+
+/// Consumes the imported points. Between two work arrays records are streamed while a node exceeds its
+/// share of the memory, and handled in memory below that.
+SplitPoints split(ImportedPoints&& imported, const formats::Tree& tree, Context& context);
+
+}  // namespace cairn::stages
