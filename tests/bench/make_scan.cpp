@@ -134,9 +134,9 @@ std::uint8_t to_byte(double value) {
 }
 
 Point sample(Surface surface, double u, double v, Random& random) {
-  constexpr double kRangeNoise_m = 0.002;
+  constexpr double kRangeNoise = 0.002;  // metres
   const Vec3 normal = normal_at(surface, u, v);
-  const Vec3 position = surface(u, v) + normal * (kRangeNoise_m * random.noise());
+  const Vec3 position = surface(u, v) + normal * (kRangeNoise * random.noise());
 
   const double light = 0.35 + 0.65 * std::abs(dot(normal, normalised({0.4, -0.6, 0.7})));
   const double speckle = 12 * random.noise();
@@ -187,7 +187,7 @@ class ByteSink {
   }
   void put_bytes(std::span<const char> bytes) {
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-    if (buffer_.size() >= kFlush_bytes) flush();
+    if (buffer_.size() >= kFlushBytes) flush();
   }
   void seek(std::streamoff offset) {
     flush();
@@ -201,7 +201,7 @@ class ByteSink {
   }
 
  private:
-  static constexpr std::size_t kFlush_bytes = std::size_t{1} << 20;
+  static constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
 
   void check() const {
     if (!file_) throw std::runtime_error("the output file cannot be written");
