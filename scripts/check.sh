@@ -23,7 +23,8 @@ if [[ ${#sources[@]} -gt 0 ]]; then
   # With the compile commands of GCC, of which Clang may not know every warning.
   cmake --preset release >/dev/null
   printf '%s\0' "${sources[@]}" |
-    xargs -0 --max-args 1 --max-procs "$(nproc)" clang-tidy -p build/release --quiet --extra-arg=-Wno-unknown-warning-option ||
+    xargs -0 --max-args 1 --max-procs "$(nproc)" \
+      clang-tidy -p build/release --quiet --extra-arg=-Wno-unknown-warning-option ||
     failed+=(clang-tidy)
 fi
 

@@ -37,7 +37,8 @@ def fault(root: Path, source: Path, included: Path):
     if not (root / included).is_file():
         return "is not the path of a file from the project's root"
     if other not in MAY_INCLUDE[floor]:
-        return f"goes against the arrows: {floor}/ may include only {', '.join(sorted(MAY_INCLUDE[floor]))}"
+        allowed = ", ".join(sorted(MAY_INCLUDE[floor]))
+        return f"goes against the arrows: {floor}/ may include only {allowed}"
     if floor == other == "stages":
         mine, theirs = stage_of(root, source), stage_of(root, included)
         if theirs not in (mine, None):
