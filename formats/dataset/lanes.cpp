@@ -1,0 +1,165 @@
+#include "formats/dataset/lanes.h"
+
+#include <limits>
+#include <numeric>
+
+#include "formats/bytes.h"
+#include "formats/dataset/normal_map.h"
+
+namespace cairn::formats {
+namespace {
+
+/// 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+template <typename U>
+U zigzag(U d) {
+  const U sign = static_cast<U>(U{0} - static_cast<U>(d >> (std::numeric_limits<U>::digits - 1)));
+  return static_cast<U>(static_cast<U>(d << 1) ^ sign);
+}
+
+template <typename U>
+U unzigzag(U z) {
+  return static_cast<U>(static_cast<U>(z >> 1) ^ static_cast<U>(U{0} - static_cast<U>(z & 1)));
+}
+
+template <typename U>
+void gather(const std::byte* points, std::uint32_t components, std::size_t n, U* out) {
+  for (std::uint32_t c = 0; c < components; ++c)
+    for (std::size_t i = 0; i < n; ++i)
+      out[c * kLaneBlock + i] = load_le<U>(points + (i * components + c) * sizeof(U));
+}
+
+template <typename U>
+void scatter(const U* block, std::uint32_t components, std::size_t n, std::byte* points) {
+  if (components == 3) {  // positions and colours: one pass
+    for (std::size_t i = 0; i < n; ++i, points += 3 * sizeof(U)) {
+      store_le<U>(points, block[i]);
+      store_le<U>(points + sizeof(U), block[kLaneBlock + i]);
+      store_le<U>(points + 2 * sizeof(U), block[2 * kLaneBlock + i]);
+    }
+    return;
+  }
+  for (std::uint32_t c = 0; c < components; ++c)
+    for (std::size_t i = 0; i < n; ++i)
+      store_le<U>(points + (i * components + c) * sizeof(U), block[c * kLaneBlock + i]);
+}
+
+template <typename U>
+void to_cube_digits(U* block, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint32_t code = static_cast<std::uint32_t>(block[i]);
+    block[i] = static_cast<U>(code / (kNormalGrid * kNormalGrid));
+    block[kLaneBlock + i] = static_cast<U>(code / kNormalGrid % kNormalGrid);
+    block[2 * kLaneBlock + i] = static_cast<U>(code % kNormalGrid);
+  }
+}
+
+template <typename U>
+void from_cube_digits(U* block, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint32_t row = static_cast<std::uint32_t>(block[i]) * kNormalGrid + block[kLaneBlock + i];
+    block[i] = static_cast<U>(row * kNormalGrid + block[2 * kLaneBlock + i]);
+  }
+}
+
+}  // namespace
+
+bool plan_fits(const LanePlan& plan, const ColumnShape& shape) {
+  if ((plan.flags & ~LanePlan::kAllFlags) != 0) return false;
+  if (plan.has(LanePlan::kGreenDifference) && shape.components != 3) return false;
+  return !plan.has(LanePlan::kCubeDigits) || (shape.components == 1 && shape.scalar_bytes() == 2);
+}
+
+template <std::unsigned_integral U>
+U common_factor(std::span<const std::byte> column) {
+  U factor = 0;
+  for (std::size_t at = 0; at < column.size() && factor != 1; at += sizeof(U)) {
+    const U value = load_le<U>(column.data() + at);
+    if (factor == 0 || value % factor != 0) factor = std::gcd(factor, value);
+  }
+  return factor == 0 ? U{1} : factor;
+}
+
+template <std::unsigned_integral U>
+bool is_monotone(std::span<const std::byte> column, std::uint32_t components) {
+  const std::size_t stride = components * sizeof(U);
+  for (std::size_t at = stride; at < column.size(); at += sizeof(U))
+    if (load_le<U>(column.data() + at) < load_le<U>(column.data() + at - stride)) return false;
+  return true;
+}
+
+template <std::unsigned_integral U>
+LaneSplitter<U>::LaneSplitter(const ColumnShape& shape, const LanePlan& plan)
+    : components_(shape.components), plan_(plan), lanes_(plan.lanes(shape.components)), previous_(lanes_) {}
+
+template <std::unsigned_integral U>
+void LaneSplitter<U>::split(const std::byte* points, std::size_t n, std::span<U> out) {
+  gather(points, components_, n, out.data());
+  if (plan_.has(LanePlan::kFactor))
+    for (std::size_t c = 0; c < components_; ++c)
+      for (std::size_t i = 0; i < n; ++i)
+        out[c * kLaneBlock + i] = static_cast<U>(out[c * kLaneBlock + i] / static_cast<U>(plan_.factor));
+  if (plan_.has(LanePlan::kGreenDifference)) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const U green = out[kLaneBlock + i];
+      out[i] = static_cast<U>(out[i] - green);
+      out[2 * kLaneBlock + i] = static_cast<U>(out[2 * kLaneBlock + i] - green);
+    }
+  }
+  if (plan_.has(LanePlan::kCubeDigits)) to_cube_digits(out.data(), n);
+  if (plan_.has(LanePlan::kAbsolute)) return;
+  const bool monotone = plan_.has(LanePlan::kMonotone);
+  for (std::size_t l = 0; l < lanes_; ++l) {
+    U* lane = out.data() + l * kLaneBlock;
+    U previous = previous_[l];
+    for (std::size_t i = 0; i < n; ++i) {
+      const U difference = static_cast<U>(lane[i] - previous);
+      previous = lane[i];
+      lane[i] = monotone ? difference : zigzag(difference);
+    }
+    previous_[l] = previous;
+  }
+}
+
+template <std::unsigned_integral U>
+LaneJoiner<U>::LaneJoiner(const ColumnShape& shape, const LanePlan& plan)
+    : components_(shape.components), plan_(plan), lanes_(plan.lanes(shape.components)), previous_(lanes_) {}
+
+template <std::unsigned_integral U>
+void LaneJoiner<U>::join(std::span<U> block, std::size_t n, std::byte* points) {
+  for (std::size_t l = 0; l < lanes_ && !plan_.has(LanePlan::kAbsolute); ++l) {
+    U* lane = block.data() + l * kLaneBlock;
+    if (!plan_.has(LanePlan::kMonotone))
+      for (std::size_t i = 0; i < n; ++i) lane[i] = unzigzag(lane[i]);
+    U sum = previous_[l];
+    for (std::size_t i = 0; i < n; ++i) lane[i] = sum = static_cast<U>(sum + lane[i]);
+    previous_[l] = sum;
+  }
+  if (plan_.has(LanePlan::kCubeDigits)) from_cube_digits(block.data(), n);
+  if (plan_.has(LanePlan::kGreenDifference)) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const U green = block[kLaneBlock + i];
+      block[i] = static_cast<U>(block[i] + green);
+      block[2 * kLaneBlock + i] = static_cast<U>(block[2 * kLaneBlock + i] + green);
+    }
+  }
+  if (plan_.has(LanePlan::kFactor)) {
+    // Through 64 bits: a product of two 16-bit values would overflow the int that they promote to.
+    for (std::size_t c = 0; c < components_; ++c)
+      for (std::size_t i = 0; i < n; ++i)
+        block[c * kLaneBlock + i] = static_cast<U>(std::uint64_t{block[c * kLaneBlock + i]} * plan_.factor);
+  }
+  scatter(block.data(), components_, n, points);
+}
+
+#define CAIRN_INSTANTIATE_LANES(U)                                         \
+  template U common_factor<U>(std::span<const std::byte>);                 \
+  template bool is_monotone<U>(std::span<const std::byte>, std::uint32_t); \
+  template class LaneSplitter<U>;                                          \
+  template class LaneJoiner<U>;
+CAIRN_INSTANTIATE_LANES(std::uint8_t)
+CAIRN_INSTANTIATE_LANES(std::uint16_t)
+CAIRN_INSTANTIATE_LANES(std::uint32_t)
+CAIRN_INSTANTIATE_LANES(std::uint64_t)
+#undef CAIRN_INSTANTIATE_LANES
+
+}  // namespace cairn::formats

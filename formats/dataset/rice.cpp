@@ -1,0 +1,180 @@
+#include "formats/dataset/rice.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "formats/bytes.h"
+
+namespace cairn::formats {
+namespace {
+
+constexpr unsigned kQuotientFlag = 0x80;
+constexpr unsigned kWidthMask = 0x7f;
+/// Quotients are kept below 2^10, so that one outlier cannot make a bit map long; wider remainders are
+/// cheaper by then anyway.
+constexpr unsigned kQuotientBits = 10;
+/// Reading a value of any width loads 8 bytes, and a 9th, from where it starts.
+constexpr std::size_t kSlack = 9;
+
+constexpr std::size_t bytes_for(std::size_t bits) { return (bits + 7) / 8; }
+
+/// How a block is coded: the cheapest of all ways, the widest remainders on a tie.
+struct Choice {
+  unsigned width = 0;
+  bool quotients = false;
+  std::size_t size_bytes = 0;  ///< behind byte 0
+};
+
+template <typename U>
+std::size_t quotient_sum(std::span<const U> values, unsigned width) {
+  std::uint32_t sum = 0;  // 64 quotients below 2^10
+  for (const U value : values) sum += static_cast<std::uint32_t>(value >> width);
+  return sum;
+}
+
+template <typename U>
+Choice choose(std::span<const U> values) {
+  U all = 0;
+  for (const U value : values) all = static_cast<U>(all | value);
+  const auto needed = static_cast<unsigned>(std::bit_width(all));
+  Choice best{needed, false, bytes_for(values.size() * needed)};
+  // From the widest remainders down, sums grow and remainders shrink: the cost has one valley.
+  const unsigned narrowest = needed > kQuotientBits ? needed - kQuotientBits : 0;
+  std::size_t before = std::numeric_limits<std::size_t>::max() - 1;
+  for (unsigned width = needed; width-- > narrowest;) {
+    const std::size_t cost =
+        bytes_for(values.size() * width) + bytes_for(quotient_sum(values, width) + values.size());
+    if (cost < best.size_bytes) best = {width, true, cost};
+    if (cost > before + 1) break;  // rounding to bytes can lift the cost by one inside the valley
+    before = cost;
+  }
+  return best;
+}
+
+template <typename U>
+void write_remainders(std::span<const U> values, unsigned width, std::byte* out) {
+  if (width == 0) return;
+  const std::uint64_t mask = ~std::uint64_t{0} >> (64 - width);
+  std::uint64_t word = 0;
+  unsigned filled = 0;
+  for (const U value : values) {
+    const std::uint64_t low = value & mask;
+    word |= low << filled;
+    filled += width;
+    if (filled < 64) continue;
+    store_le(out, word);
+    out += 8;
+    filled -= 64;
+    word = filled == 0 ? 0 : low >> (width - filled);
+  }
+  std::memcpy(out, &word, bytes_for(filled));
+}
+
+template <typename U>
+void write_quotients(std::span<const U> values, unsigned width, std::byte* out) {
+  std::size_t bit = 0;
+  for (const U value : values) {
+    bit += static_cast<std::size_t>(value >> width);
+    out[bit / 8] |= std::byte{1} << (bit % 8);
+    ++bit;
+  }
+}
+
+/// Requires kSlack readable bytes behind the last remainder.
+template <typename U>
+void read_remainders(const std::byte* in, unsigned width, std::span<U> values) {
+  const std::uint64_t mask = ~std::uint64_t{0} >> (64 - width);
+  std::size_t bit = 0;
+  for (U& value : values) {
+    const unsigned shift = bit % 8;
+    std::uint64_t word = load_le<std::uint64_t>(in + bit / 8) >> shift;
+    if constexpr (sizeof(U) == 8) {  // only these can reach beyond the 8 bytes loaded
+      if (shift + width > 64) word |= std::to_integer<std::uint64_t>(in[bit / 8 + 8]) << (64 - shift);
+    }
+    value = static_cast<U>(word & mask);
+    bit += width;
+  }
+}
+
+/// Adds the quotients to the remainders; returns the bytes of the bit map, nothing if it ends early.
+template <typename U>
+std::optional<std::size_t> read_quotients(std::span<const std::byte> bytes, unsigned width,
+                                          std::span<U> values) {
+  std::size_t loaded = 0;    // bytes of the map taken into `word` so far
+  std::size_t word_bit = 0;  // where the word starts in the map
+  std::size_t next_bit = 0;  // behind the one of the value before
+  std::uint64_t word = 0;
+  for (U& value : values) {
+    while (word == 0) {
+      const std::size_t size = std::min<std::size_t>(8, bytes.size() - loaded);
+      if (size == 0) return std::nullopt;
+      if (size == 8)
+        word = load_le<std::uint64_t>(bytes.data() + loaded);
+      else
+        std::memcpy(&word, bytes.data() + loaded, size);
+      word_bit = loaded * 8;
+      loaded += size;
+    }
+    const std::size_t bit = word_bit + static_cast<std::size_t>(std::countr_zero(word));
+    word &= word - 1;
+    // Damaged bytes may name a quotient that U cannot hold: it is cut off, as any other value would be wrong.
+    value = static_cast<U>(value | (static_cast<std::uint64_t>(bit - next_bit) << width));
+    next_bit = bit + 1;
+  }
+  return bytes_for(next_bit);
+}
+
+}  // namespace
+
+template <std::unsigned_integral U>
+void rice_encode(std::span<const U> values, std::vector<std::byte>& out) {
+  const Choice choice = choose(values);
+  const std::size_t at = out.size();
+  out.resize(at + 1 + choice.size_bytes);
+  out[at] = static_cast<std::byte>(choice.width | (choice.quotients ? kQuotientFlag : 0));
+  write_remainders(values, choice.width, out.data() + at + 1);
+  if (choice.quotients)
+    write_quotients(values, choice.width, out.data() + at + 1 + bytes_for(values.size() * choice.width));
+}
+
+template <std::unsigned_integral U>
+std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes, std::span<U> values) {
+  if (bytes.empty()) return std::nullopt;
+  const auto head = std::to_integer<unsigned>(bytes[0]);
+  const unsigned width = head & kWidthMask;
+  if (width > static_cast<unsigned>(std::numeric_limits<U>::digits)) return std::nullopt;
+  const bool quotients = (head & kQuotientFlag) != 0;
+  // A quotient above a full-width remainder would be shifted out, and by too much.
+  if (quotients && width == static_cast<unsigned>(std::numeric_limits<U>::digits)) return std::nullopt;
+
+  bytes = bytes.subspan(1);
+  const std::size_t remainder_bytes = bytes_for(values.size() * width);
+  if (bytes.size() < remainder_bytes) return std::nullopt;
+  if (width == 0) {
+    std::fill(values.begin(), values.end(), U{0});
+  } else if (bytes.size() - remainder_bytes >= kSlack) {
+    read_remainders(bytes.data(), width, values);
+  } else {  // near the end of the payload: from a copy with slack behind it
+    std::array<std::byte, kRiceBlock * sizeof(U) + kSlack> copy{};
+    std::copy_n(bytes.begin(), remainder_bytes, copy.begin());
+    read_remainders(copy.data(), width, values);
+  }
+  if (!quotients) return 1 + remainder_bytes;
+  const auto map_bytes = read_quotients(bytes.subspan(remainder_bytes), width, values);
+  if (!map_bytes) return std::nullopt;
+  return 1 + remainder_bytes + *map_bytes;
+}
+
+#define CAIRN_INSTANTIATE_RICE(U)                                            \
+  template void rice_encode<U>(std::span<const U>, std::vector<std::byte>&); \
+  template std::optional<std::size_t> rice_decode<U>(std::span<const std::byte>, std::span<U>);
+CAIRN_INSTANTIATE_RICE(std::uint8_t)
+CAIRN_INSTANTIATE_RICE(std::uint16_t)
+CAIRN_INSTANTIATE_RICE(std::uint32_t)
+CAIRN_INSTANTIATE_RICE(std::uint64_t)
+#undef CAIRN_INSTANTIATE_RICE
+
+}  // namespace cairn::formats
