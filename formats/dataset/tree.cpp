@@ -113,10 +113,14 @@ std::uint64_t Tree::stored_points(NodeId id) const {
   return input_range(leaf_level_, index_on_level(id)).count;
 }
 
+std::uint64_t Tree::quota_start(NodeId id) const {
+  CAIRN_CHECK(value_of(id) != 0);
+  return share_start((value_of(id) - 1) % fanout_, node_points_, fanout_);
+}
+
 std::uint64_t Tree::quota(NodeId id) const {
   CAIRN_CHECK(value_of(id) != 0);
-  const std::uint64_t position = (value_of(id) - 1) % fanout_;
-  return share_start(position + 1, node_points_, fanout_) - share_start(position, node_points_, fanout_);
+  return share_start((value_of(id) - 1) % fanout_ + 1, node_points_, fanout_) - quota_start(id);
 }
 
 }  // namespace cairn::formats

@@ -64,6 +64,8 @@ class Tree {
   /// Representatives that a node hands to its parent: shares of s' that differ by at most one.
   /// Requires id != root.
   std::uint64_t quota(NodeId id) const;
+  /// Where the node's representatives begin in its parent: the quotas of its elder siblings together.
+  std::uint64_t quota_start(NodeId id) const;
 
  private:
   std::uint64_t first_id_on(Level level) const;

@@ -6,6 +6,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/scalar_value.h"
 
 namespace cairn::stages {
 
@@ -40,43 +41,6 @@ ScalarType common_type(ScalarType a, ScalarType b) {
     case 4: return ScalarType::kI32;
     case 8: return ScalarType::kI64;
     default: return ScalarType::kF64;
-  }
-}
-
-double load_as_double(const std::byte* at, ScalarType type) {
-  switch (type) {
-    case ScalarType::kU8: return formats::load_le<std::uint8_t>(at);
-    case ScalarType::kI8: return formats::load_le<std::int8_t>(at);
-    case ScalarType::kU16: return formats::load_le<std::uint16_t>(at);
-    case ScalarType::kI16: return formats::load_le<std::int16_t>(at);
-    case ScalarType::kU32: return formats::load_le<std::uint32_t>(at);
-    case ScalarType::kI32: return formats::load_le<std::int32_t>(at);
-    case ScalarType::kU64: return static_cast<double>(formats::load_le<std::uint64_t>(at));
-    case ScalarType::kI64: return static_cast<double>(formats::load_le<std::int64_t>(at));
-    case ScalarType::kF32: return static_cast<double>(formats::load_le<float>(at));
-    case ScalarType::kF64: return formats::load_le<double>(at);
-  }
-  return 0;
-}
-
-template <typename T>
-void store_as(std::byte* at, double value) {
-  formats::store_le(at, static_cast<T>(value));
-}
-
-/// Stores a value that the target type holds exactly (see common_type).
-void store_from_double(std::byte* at, ScalarType type, double value) {
-  switch (type) {
-    case ScalarType::kU8: return store_as<std::uint8_t>(at, value);
-    case ScalarType::kI8: return store_as<std::int8_t>(at, value);
-    case ScalarType::kU16: return store_as<std::uint16_t>(at, value);
-    case ScalarType::kI16: return store_as<std::int16_t>(at, value);
-    case ScalarType::kU32: return store_as<std::uint32_t>(at, value);
-    case ScalarType::kI32: return store_as<std::int32_t>(at, value);
-    case ScalarType::kU64: return store_as<std::uint64_t>(at, value);
-    case ScalarType::kI64: return store_as<std::int64_t>(at, value);
-    case ScalarType::kF32: return store_as<float>(at, value);
-    case ScalarType::kF64: return store_as<double>(at, value);
   }
 }
 
@@ -184,8 +148,8 @@ void RecordConverter::copy_column(const Column& column, const formats::PointBloc
   const std::size_t from_size = formats::size_bytes(column.from.type), to_size = formats::size_bytes(column.to.type);
   for (const std::uint32_t i : kept) {
     for (std::size_t c = 0; c < column.from.components; ++c)
-      store_from_double(target + c * to_size, column.to.type,
-                        column.factor * load_as_double(source + size * i + c * from_size, column.from.type));
+      formats::store_scalar(target + c * to_size, column.to.type,
+                        column.factor * formats::load_scalar(source + size * i + c * from_size, column.from.type));
     target += layout_.stride;
   }
 }

@@ -150,18 +150,20 @@ void keep_ledger(ImportedPoints& points, const Scans& scans, const std::vector<S
 
 }  // namespace
 
-std::uint64_t import_bytes(const Scans& scans, const ImportOptions& options) {
-  const formats::RecordLayout layout(merge_schemas(infos_of(scans), options.drop), native_position_bytes(scans));
-  std::uint64_t capacity = 0;
-  for (const Stretch& stretch : list_stretches(scans)) capacity += stretch.capacity;
-  std::uint64_t bytes = 0;
-  if (__builtin_mul_overflow(capacity, layout.stride, &bytes))
-    formats::throw_input({.what = "the scans' points need more than 2^64 bytes"});
-  return bytes;
+CampaignSize campaign_size(const Scans& scans, const ImportOptions& options) {
+  const formats::Schema schema = merge_schemas(infos_of(scans), options.drop);
+  CampaignSize size;
+  for (const Stretch& stretch : list_stretches(scans)) size.points += stretch.capacity;
+  size.record_bytes = formats::RecordLayout(schema, 12).stride;
+  const std::uint64_t native_bytes = formats::RecordLayout(schema, native_position_bytes(scans)).stride;
+  // No multiple of a few that a caller may form overflows either.
+  if (__builtin_mul_overflow(size.points, native_bytes, &size.import_bytes) || size.import_bytes > UINT64_MAX / 8)
+    formats::throw_input({.what = "the scans' points need more bytes than can be counted"});
+  return size;
 }
 
 ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Context& context) {
-  const std::uint64_t size_bytes = import_bytes(scans, options);
+  const std::uint64_t size_bytes = campaign_size(scans, options).import_bytes;
   const auto infos = infos_of(scans);
   ImportedPoints points{.array = {}, .schema = merge_schemas(infos, options.drop),
                         .native_position_bytes = native_position_bytes(scans), .stride = 0, .runs = {}, .grid = {},

@@ -52,8 +52,13 @@ struct ImportedPoints {
 
 using Scans = std::vector<std::unique_ptr<formats::ScanReader>>;
 
-/// Bytes of disk that `import_scans` reserves for these scans.
-std::uint64_t import_bytes(const Scans& scans, const ImportOptions& options);
+/// Upper bounds of what the scans bring, told by their headers and checked against their files' sizes.
+struct CampaignSize {
+  std::uint64_t points = 0;
+  std::uint64_t record_bytes = 0;  ///< of one point record on the dataset grid
+  std::uint64_t import_bytes = 0;  ///< disk that import_scans reserves
+};
+CampaignSize campaign_size(const Scans& scans, const ImportOptions& options);
 
 /// Reads every scan. Throws Error (kInput) for damaged scans, no usable point, or a grid that would be
 /// too coarse (see choose_grid).

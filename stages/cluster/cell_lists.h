@@ -1,0 +1,32 @@
+// The clustering grid: cells are runs of the curve order that share the leading bits of their keys.
+// Based on: Goswami et al. 2010, procedure Representatives (Figure 4), whose cells of a K^3 grid these
+// are. A cell of more than kMaxListLength points is cut into equal runs along the curve, so that no
+// list is ever long enough for its quadratic merging to matter.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace cairn::stages {
+
+inline constexpr std::uint32_t kMaxListLength = 32;
+
+/// Points a cell that `auto` aims at; see prototypes of merging cost and error in the README.
+inline constexpr double kAutoCellPoints = 16;
+
+/// The number of leading bits a coordinate (0 to 16) for which occupied cells hold closest to
+/// kAutoCellPoints keys on average. `keys` ascending, not empty.
+int auto_cell_bits(std::span<const std::uint64_t> keys);
+
+/// Start of each list, and last the number of keys: list i is [starts[i], starts[i + 1]). `keys`
+/// ascending; cells share the leading 3 * cell_bits bits.
+std::vector<std::uint32_t> cut_lists(std::span<const std::uint64_t> keys, int cell_bits);
+
+/// How long each list may stay so that all add up to `quota`, as if the longest list were shortened by
+/// one again and again (lists of one length are shortened evenly spread along the curve) and no list
+/// below one. If even that leaves more than `quota`, every target is one.
+/// Requires quota <= sum of `lengths`, all lengths >= 1.
+std::vector<std::uint32_t> level_lengths(std::span<const std::uint32_t> lengths, std::uint64_t quota);
+
+}  // namespace cairn::stages

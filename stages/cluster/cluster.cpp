@@ -1,0 +1,204 @@
+#include "stages/cluster/cluster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "formats/dataset/quantize.h"
+#include "formats/error.h"
+#include "stages/cluster/aggregate.h"
+#include "stages/cluster/leaf_loader.h"
+#include "stages/cluster/splat_radius.h"
+#include "stages/parallel.h"
+
+namespace cairn::stages {
+
+using formats::DatasetHeader;
+using formats::IndexRange;
+using formats::Level;
+using formats::NodeId;
+using formats::Tree;
+
+namespace {
+
+/// What quantisation will do to a node's points, as far as clustering must know it.
+struct Decoded {
+  std::vector<float> radius;
+  double displacement;  ///< world units: no position moves farther
+};
+
+Decoded foresee_quantisation(const DatasetHeader& header, const WorkingNode& node, bool leaf) {
+  formats::GridBox box;
+  for (const formats::GridPoint& p : node.data.position) box.add(p);
+  const formats::PositionQuantizer quantizer(box, leaf && header.lossless_leaves ? 32 : header.position_bits);
+  double squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double moved = header.grid.step[axis] * quantizer.max_error_steps(axis);
+    squared += moved * moved;
+  }
+  Decoded decoded{node.data.radius, std::sqrt(squared) * (1 + 1e-12)};
+  if (leaf && header.lossless_leaves && header.radius_from_input) return decoded;
+  const auto [low, high] = std::minmax_element(decoded.radius.begin(), decoded.radius.end());
+  const formats::RadiusQuantizer radii(*low, *high);
+  for (float& radius : decoded.radius) radius = radii.decode(radii.encode(radius));
+  return decoded;
+}
+
+template <typename T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// The children's representatives, one block after the other, as the points of their parent.
+void append_block(WorkingNode& node, const WorkingNode& block) {
+  append(node.data.position, block.data.position);
+  append(node.data.weight, block.data.weight);
+  append(node.data.radius, block.data.radius);
+  append(node.normal, block.normal);
+  append(node.residual, block.residual);
+  append(node.bound, block.bound);
+  append(node.reach, block.reach);
+  append(node.normal_sum, block.normal_sum);
+  node.data.attributes.resize(block.data.attributes.size());
+  node.mean_sum.resize(block.mean_sum.size());
+  for (std::size_t a = 0; a < block.data.attributes.size(); ++a) {
+    append(node.data.attributes[a], block.data.attributes[a]);
+    append(node.mean_sum[a], block.mean_sum[a]);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) node.squared_steps[axis] += block.squared_steps[axis];
+  node.box.add(block.box);
+  node.weight += block.weight;
+  node.digest += block.digest;
+  node.theta = std::max(node.theta, block.theta);
+  node.grid = node.grid == 0 ? block.grid : std::min(node.grid, block.grid);
+}
+
+class TreeClusterer {
+ public:
+  TreeClusterer(const ClusterInput& input, NodeSink& sink, Context& context)
+      : in_(input), tree_(input.header.tree()), sink_(sink), context_(context) {}
+
+  /// Finishes the subtree below a node, hands all its nodes on, and returns the node's share of its
+  /// parent (nothing for the root).
+  WorkingNode visit(Level level, std::uint64_t index) {
+    throw_if_stopped(context_);
+    const NodeId id = tree_.id(level, index);
+    const bool leaf = level == tree_.leaf_level();
+    WorkingNode node = leaf ? load(index) : gather(level, index);
+    if (value_of(id) == 0) {
+      if (leaf) follow_curve(node);
+      hand_on(id, std::move(node), {});
+      return {};
+    }
+    const CurveOrder curve = order_along_curve(in_.header.grid, node.data.position, in_.grid);
+    if (node.data.radius.empty()) node.data.radius = radii_from_density(in_.header.grid, node.data.position, curve);
+    const std::uint64_t quota = tree_.quota(id);
+    Reduction reduction =
+        in_.reducer.reduce({id, in_.header.grid, node.data.position, node.data.weight, node.normal, curve}, quota);
+    if (leaf) group_by_representative(node, curve, reduction);
+    const Decoded decoded = foresee_quantisation(in_.header, node, leaf);
+    WorkingNode share = aggregate({node, reduction, quota, in_.header.grid, in_.header.schema, decoded.radius, decoded.displacement});
+    share.box = node.box;
+    share.weight = node.weight;
+    share.digest = node.digest;
+    hand_on(id, std::move(node), std::move(reduction.representative));
+    return share;
+  }
+
+ private:
+  WorkingNode load(std::uint64_t index) {
+    const IndexRange range = tree_.input_range(tree_.leaf_level(), index);
+    const std::uint64_t offset = range.first * in_.stride, size_bytes = range.count * in_.stride;
+    WorkingNode leaf = load_leaf(in_.header, in_.records.bytes().subspan(offset, size_bytes), in_.stride);
+    in_.records.release(offset, size_bytes);
+    context_.progress->advance(range.count);
+    return leaf;
+  }
+
+  WorkingNode gather(Level level, std::uint64_t index) {
+    std::vector<WorkingNode> shares(tree_.fanout());
+    for_each_piece(tree_.fanout(), [&](std::uint64_t i) { shares[i] = visit(level + 1, index * tree_.fanout() + i); });
+    WorkingNode node;
+    for (WorkingNode& share : shares) {
+      append_block(node, share);
+      share = {};
+    }
+    return node;
+  }
+
+  /// Brings a leaf that is the whole tree into curve order.
+  void follow_curve(WorkingNode& leaf) {
+    const CurveOrder curve = order_along_curve(in_.header.grid, leaf.data.position, in_.grid);
+    if (leaf.data.radius.empty()) leaf.data.radius = radii_from_density(in_.header.grid, leaf.data.position, curve);
+    reorder_leaf(leaf, in_.header.schema, curve.order);
+  }
+
+  /// Stores a leaf's points in the order of their representatives, along the curve within each.
+  void group_by_representative(WorkingNode& leaf, const CurveOrder& curve, Reduction& reduction) {
+    std::vector<std::uint32_t> order = curve.order;
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return reduction.representative[a] < reduction.representative[b];
+    });
+    reorder_leaf(leaf, in_.header.schema, order);
+    std::vector<std::uint32_t> moved(order.size()), place(order.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) {
+      moved[i] = reduction.representative[order[i]];
+      place[order[i]] = i;
+    }
+    reduction.representative = std::move(moved);
+    for (std::uint32_t& chosen : reduction.chosen) chosen = place[chosen];
+  }
+
+  std::vector<std::uint32_t> block_starts(NodeId id, std::size_t count) const {
+    std::vector<std::uint32_t> starts(tree_.fanout() + 1, static_cast<std::uint32_t>(count));
+    starts[0] = 0;
+    if (tree_.is_leaf(id)) return starts;
+    for (std::uint32_t i = 0; i < tree_.fanout(); ++i) {
+      const NodeId child{value_of(tree_.first_child(id)) + i};
+      starts[i] = static_cast<std::uint32_t>(tree_.quota_start(child));
+    }
+    return starts;
+  }
+
+  void hand_on(NodeId id, WorkingNode&& node, std::vector<std::uint32_t> representative) {
+    const auto offset = value_of(id) == 0 ? 0 : static_cast<std::uint32_t>(tree_.quota_start(id));
+    for (std::uint32_t& r : representative) r += offset;
+    ClusteredNode clustered;
+    clustered.id = id;
+    clustered.block_start = block_starts(id, node.count());
+    clustered.points = std::move(node.data);
+    clustered.points.representative = std::move(representative);
+    clustered.subtree_box = node.box;
+    clustered.weight = node.weight;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      clustered.squared_error += in_.header.grid.step[axis] * in_.header.grid.step[axis] * static_cast<double>(node.squared_steps[axis]);
+    clustered.bound = node.bound.empty() ? 0 : *std::max_element(node.bound.begin(), node.bound.end());
+    clustered.reach = std::move(node.reach);
+    clustered.theta = node.theta;
+    clustered.grid = node.grid;
+    clustered.digest = node.digest;
+    sink_.take(std::move(clustered));
+  }
+
+  const ClusterInput& in_;
+  const Tree tree_;
+  NodeSink& sink_;
+  Context& context_;
+};
+
+}  // namespace
+
+std::uint64_t cluster_worker_bytes(const DatasetHeader& header, std::size_t stride) {
+  const Tree tree = header.tree();
+  const std::uint64_t node_bytes = tree.node_points() * (2 * stride + 220);
+  const std::uint64_t share_bytes = tree.node_points() * (stride + 110);
+  return node_bytes + share_bytes * std::max<Level>(1, tree.leaf_level());
+}
+
+void cluster(const ClusterInput& input, NodeSink& sink, Context& context) {
+  context.progress->begin("cluster", input.header.points);
+  TreeClusterer(input, sink, context).visit(0, 0);
+  context.progress->end();
+}
+
+}  // namespace cairn::stages

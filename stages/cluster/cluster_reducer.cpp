@@ -1,0 +1,200 @@
+#include "stages/cluster/cluster_reducer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "formats/dataset/hilbert.h"
+#include "formats/error.h"
+#include "stages/cluster/cell_lists.h"
+
+namespace cairn::stages {
+
+using formats::GridPoint;
+using formats::kHilbertBits;
+using formats::Normal;
+
+namespace {
+
+/// A cluster on its way: known by the place on the curve of its first point.
+struct Cluster {
+  std::array<double, 3> center;  ///< lattice cells above the first point of the node
+  double weight;
+  Normal normal;
+};
+
+/// The clusters of a node in curve order, and who merged with whom.
+class Clustering {
+ public:
+  explicit Clustering(const NodeView& node) : node_(node), parent_(node.position.size()) {
+    const auto& order = node.curve.order;
+    const GridPoint origin = node.position[order[0]];
+    clusters_.resize(order.size());
+    alive_.resize(order.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) {
+      const std::uint32_t point = order[i];
+      Cluster& cluster = clusters_[i];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        cluster.center[axis] = static_cast<double>(std::int64_t{node.position[point][axis]} - origin[axis]) *
+                               node.grid.step[axis] * node.curve.cells_per_unit;
+      cluster.weight = node.weight.empty() ? 1.0 : static_cast<double>(node.weight[point]);
+      cluster.normal = node.normal.empty() ? Normal{0, 0, 0} : node.normal[point];
+      parent_[i] = i;
+      alive_[i] = i;
+    }
+  }
+
+  std::size_t count() const { return alive_.size(); }
+
+  /// Merges points at one position that face the same way, as far as `quota` allows: if not all may
+  /// go, every group gives its share.
+  void collapse_coincident(std::uint64_t quota, float theta_degrees);
+
+  /// One round over all lists of the grid with `cell_bits`: shortens them until `quota` clusters are
+  /// left, or one in each.
+  void merge_lists(int cell_bits, std::uint64_t quota, ThetaRule theta);
+
+  float theta_reached() const { return theta_reached_; }
+
+  /// Numbers the clusters by their first point and names them for every point.
+  std::vector<std::uint32_t> representatives() const;
+
+ private:
+  void load(std::span<const std::uint32_t> members, MergeList& list) const;
+  void apply(const MergeList& list, const MergeOutcome& outcome);
+  void drop_merged();
+
+  const NodeView& node_;
+  std::vector<Cluster> clusters_;      ///< by place on the curve; valid for those alive
+  std::vector<std::uint32_t> parent_;  ///< the cluster that a place has merged into, or itself
+  std::vector<std::uint32_t> alive_;   ///< ascending
+  float theta_reached_ = 0;
+};
+
+void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
+  const double min_cosine = std::cos(theta_degrees * std::numbers::pi / 180.0);
+  const auto joins = [&](std::uint32_t first, std::uint32_t i) {
+    if (node_.position[node_.curve.order[first]] != node_.position[node_.curve.order[i]]) return false;
+    const Normal& a = clusters_[first].normal;
+    const Normal& b = clusters_[i].normal;
+    const double dot = double{a[0]} * b[0] + double{a[1]} * b[1] + double{a[2]} * b[2];
+    const bool both = (a[0] != 0 || a[1] != 0 || a[2] != 0) && (b[0] != 0 || b[1] != 0 || b[2] != 0);
+    return !both || dot >= min_cosine;
+  };
+  std::vector<std::uint32_t> group_of(clusters_.size());  // first place of the group
+  std::uint64_t possible = 0;
+  for (std::uint32_t i = 1; i < clusters_.size(); ++i) {
+    const std::uint32_t first = group_of[i - 1];
+    group_of[i] = joins(first, i) ? first : i;
+    possible += group_of[i] != i;
+  }
+  if (possible == 0) return;
+  const std::uint64_t allowed = std::min<std::uint64_t>(possible, clusters_.size() - quota);
+  // Of the possible merges, in curve order, the allowed ones are spread evenly.
+  std::uint64_t seen = 0;
+  std::uint32_t winner = 0;
+  for (std::uint32_t i = 1; i < clusters_.size(); ++i) {
+    if (group_of[i] == i) {
+      winner = i;
+      continue;
+    }
+    const bool merge = (seen + 1) * allowed / possible != seen * allowed / possible;
+    ++seen;
+    if (!merge) {
+      winner = i;
+      continue;
+    }
+    parent_[i] = winner;
+    clusters_[winner].weight += clusters_[i].weight;
+  }
+  drop_merged();
+}
+
+void Clustering::load(std::span<const std::uint32_t> members, MergeList& list) const {
+  list.count = static_cast<std::uint32_t>(members.size());
+  // Relative to the list's first cluster, single precision tells neighbours apart wherever they lie.
+  const std::array<double, 3> origin = clusters_[members[0]].center;
+  for (std::uint32_t k = 0; k < list.count; ++k) {
+    const Cluster& cluster = clusters_[members[k]];
+    list.x[k] = static_cast<float>(cluster.center[0] - origin[0]);
+    list.y[k] = static_cast<float>(cluster.center[1] - origin[1]);
+    list.z[k] = static_cast<float>(cluster.center[2] - origin[2]);
+    list.weight[k] = static_cast<float>(cluster.weight);
+    list.nx[k] = cluster.normal[0];
+    list.ny[k] = cluster.normal[1];
+    list.nz[k] = cluster.normal[2];
+    list.id[k] = members[k];
+  }
+}
+
+void Clustering::apply(const MergeList& list, const MergeOutcome& outcome) {
+  for (std::uint32_t k = 0; k < outcome.count; ++k) {
+    const auto [winner, loser] = outcome.merges[k];
+    Cluster& to = clusters_[winner];
+    const Cluster& from = clusters_[loser];
+    const double weight = to.weight + from.weight;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      to.center[axis] = (to.weight * to.center[axis] + from.weight * from.center[axis]) / weight;
+    to.weight = weight;
+    parent_[loser] = winner;
+  }
+  for (std::uint32_t k = 0; k < list.count; ++k)
+    clusters_[list.id[k]].normal = {list.nx[k], list.ny[k], list.nz[k]};
+}
+
+void Clustering::drop_merged() {
+  std::erase_if(alive_, [&](std::uint32_t i) { return parent_[i] != i; });
+}
+
+void Clustering::merge_lists(int cell_bits, std::uint64_t quota, ThetaRule theta) {
+  std::vector<std::uint64_t> keys;
+  keys.reserve(alive_.size());
+  for (const std::uint32_t i : alive_) keys.push_back(node_.curve.key[i]);
+  const std::vector<std::uint32_t> starts = cut_lists(keys, cell_bits);
+  std::vector<std::uint32_t> lengths;
+  for (std::size_t i = 0; i + 1 < starts.size(); ++i) lengths.push_back(starts[i + 1] - starts[i]);
+  const std::vector<std::uint32_t> targets = level_lengths(lengths, quota);
+  MergeList list;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (targets[i] == lengths[i]) continue;
+    load(std::span(alive_).subspan(starts[i], lengths[i]), list);
+    const MergeOutcome outcome = merge_pairs(list, targets[i], theta);
+    apply(list, outcome);
+    theta_reached_ = std::max(theta_reached_, outcome.theta_degrees);
+  }
+  drop_merged();
+}
+
+std::vector<std::uint32_t> Clustering::representatives() const {
+  // A loser always comes later on the curve than its winner, so one pass in curve order resolves all.
+  std::vector<std::uint32_t> number(clusters_.size());
+  std::vector<std::uint32_t> of_point(clusters_.size());
+  std::uint32_t next = 0;
+  for (std::uint32_t i = 0; i < clusters_.size(); ++i) {
+    CAIRN_CHECK(parent_[i] <= i);
+    number[i] = parent_[i] == i ? next++ : number[parent_[i]];
+    of_point[node_.curve.order[i]] = number[i];
+  }
+  return of_point;
+}
+
+}  // namespace
+
+Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) const {
+  CAIRN_CHECK(quota >= 1 && quota <= node.position.size());
+  Clustering clustering(node);
+  clustering.collapse_coincident(quota, options_.theta.start_degrees);
+  int cell_bits = options_.grid ? node.curve.cell_bits : auto_cell_bits(node.curve.key);
+  while (clustering.count() > quota) {
+    clustering.merge_lists(cell_bits, quota, options_.theta);
+    if (clustering.count() > quota) cell_bits = std::max(0, cell_bits - 1);
+  }
+  const int coarsened = node.curve.cell_bits - cell_bits;
+  const std::uint32_t cells = options_.grid && coarsened >= 0 ? std::max(1U, *options_.grid >> coarsened)
+                                                              : std::uint32_t{1} << cell_bits;
+  return {.representative = clustering.representatives(), .chosen = {},
+          .theta_degrees = node.normal.empty() ? 0 : std::max(options_.theta.start_degrees, clustering.theta_reached()),
+          .grid = cells};
+}
+
+}  // namespace cairn::stages

@@ -1,0 +1,127 @@
+#include "stages/cluster/pair_merge.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace cairn::stages {
+namespace {
+
+/// Costs are compared as the bit patterns of non-negative floats, which order like the floats, with the
+/// lowest bits replaced by the partner's index: one integer minimum finds cost and partner, and ties are
+/// settled by the smaller index.
+constexpr std::int32_t kIndexMask = kMaxListLength - 1;
+constexpr std::int32_t kBlocked = INT32_MAX;
+static_assert(std::has_single_bit(kMaxListLength));
+
+using Keys = std::array<std::int32_t, kMaxListLength>;
+
+/// For cluster i the cheapest partner within the threshold, as a key, or kBlocked.
+std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_cosine) {
+  const float x = list.x[i], y = list.y[i], z = list.z[i], w = list.weight[i];
+  const float nx = list.nx[i], ny = list.ny[i], nz = list.nz[i];
+  const float own = nx * nx + ny * ny + nz * nz;
+  alignas(32) Keys keys;
+  for (std::uint32_t j = 0; j < list.count; ++j) {
+    const float dx = list.x[j] - x, dy = list.y[j] - y, dz = list.z[j] - z;
+    const float cost = (dx * dx + dy * dy + dz * dz) * (w * (list.weight[j] / (w + list.weight[j])));
+    const float dot = list.nx[j] * nx + list.ny[j] * ny + list.nz[j] * nz;
+    const float other = list.nx[j] * list.nx[j] + list.ny[j] * list.ny[j] + list.nz[j] * list.nz[j];
+    // A missing normal makes both sides zero.
+    const float limit = own * other > 0.25F ? min_cosine : -2.0F;
+    const std::int32_t key = (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | static_cast<std::int32_t>(j);
+    keys[j] = dot >= limit ? key : kBlocked;
+  }
+  keys[i] = kBlocked;
+  std::int32_t best = kBlocked;
+  for (std::uint32_t j = 0; j < list.count; ++j) best = std::min(best, keys[j]);
+  return best;
+}
+
+float cosine_of_limit(float theta_degrees) {
+  if (theta_degrees >= 180.0F) return -2.0F;
+  return static_cast<float>(std::cos(static_cast<double>(theta_degrees) * std::numbers::pi / 180.0)) - 1e-6F;
+}
+
+void merge_into(MergeList& list, std::uint32_t a, std::uint32_t b) {
+  const float wa = list.weight[a], wb = list.weight[b], w = wa + wb;
+  list.x[a] = (wa * list.x[a] + wb * list.x[b]) / w;
+  list.y[a] = (wa * list.y[a] + wb * list.y[b]) / w;
+  list.z[a] = (wa * list.z[a] + wb * list.z[b]) / w;
+  list.weight[a] = w;
+  const float nx = wa * list.nx[a] + wb * list.nx[b];
+  const float ny = wa * list.ny[a] + wb * list.ny[b];
+  const float nz = wa * list.nz[a] + wb * list.nz[b];
+  const float length = std::sqrt(nx * nx + ny * ny + nz * nz);
+  // Cancelling normals keep the direction of the first.
+  if (length <= 1e-3F * w) return;
+  list.nx[a] = nx / length;
+  list.ny[a] = ny / length;
+  list.nz[a] = nz / length;
+}
+
+void copy_entry(MergeList& list, std::uint32_t from, std::uint32_t to) {
+  list.x[to] = list.x[from];
+  list.y[to] = list.y[from];
+  list.z[to] = list.z[from];
+  list.weight[to] = list.weight[from];
+  list.nx[to] = list.nx[from];
+  list.ny[to] = list.ny[from];
+  list.nz[to] = list.nz[from];
+  list.id[to] = list.id[from];
+}
+
+void remove_marked(MergeList& list, const std::array<bool, kMaxListLength>& removed) {
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < list.count; ++i) {
+    if (removed[i]) continue;
+    if (kept != i) copy_entry(list, i, kept);
+    ++kept;
+  }
+  list.count = kept;
+}
+
+/// Pairs that are each other's cheapest partner, as keys of (cost, first), ascending.
+std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& partner, Keys& pairs) {
+  for (std::uint32_t i = 0; i < list.count; ++i) partner[i] = cheapest_partner(list, i, min_cosine);
+  std::uint32_t found = 0;
+  for (std::uint32_t i = 0; i < list.count; ++i) {
+    if (partner[i] == kBlocked) continue;
+    const auto j = static_cast<std::uint32_t>(partner[i] & kIndexMask);
+    if (j > i && partner[j] != kBlocked && static_cast<std::uint32_t>(partner[j] & kIndexMask) == i)
+      pairs[found++] = (partner[i] & ~kIndexMask) | static_cast<std::int32_t>(i);
+  }
+  std::sort(pairs.begin(), pairs.begin() + found);
+  return found;
+}
+
+}  // namespace
+
+MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta) {
+  MergeOutcome outcome;
+  outcome.theta_degrees = theta.start_degrees;
+  float min_cosine = cosine_of_limit(theta.start_degrees);
+  Keys partner, pairs;
+  while (list.count > target) {
+    const std::uint32_t found = reciprocal_pairs(list, min_cosine, partner, pairs);
+    if (found == 0) {
+      outcome.theta_degrees = std::min(180.0F, std::max(1.0F, outcome.theta_degrees * theta.relaxation));
+      min_cosine = cosine_of_limit(outcome.theta_degrees);
+      continue;
+    }
+    const std::uint32_t merging = std::min(found, list.count - target);
+    std::array<bool, kMaxListLength> removed{};
+    for (std::uint32_t k = 0; k < merging; ++k) {
+      const auto a = static_cast<std::uint32_t>(pairs[k] & kIndexMask);
+      const auto b = static_cast<std::uint32_t>(partner[a] & kIndexMask);
+      merge_into(list, a, b);
+      removed[b] = true;
+      outcome.merges[outcome.count++] = {list.id[a], list.id[b]};
+    }
+    remove_marked(list, removed);
+  }
+  return outcome;
+}
+
+}  // namespace cairn::stages

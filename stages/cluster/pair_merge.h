@@ -1,0 +1,45 @@
+// Merging inside one list of clusters: the pair whose union adds least squared error, among those whose
+// normals deviate by less than the threshold, until the list is as short as asked.
+// Based on: Goswami et al. 2010, section III.B (clusters within a cell, threshold theta relaxed where
+// it blocks); J. Ward, "Hierarchical grouping to optimize an objective function", 1963 (the merging
+// cost); all reciprocal nearest pairs of a round merge at once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "stages/cluster/cell_lists.h"
+
+namespace cairn::stages {
+
+/// The clusters of one list, as columns. Coordinates relative to the list, in any one unit.
+struct alignas(32) MergeList {
+  std::array<float, kMaxListLength> x, y, z;
+  std::array<float, kMaxListLength> weight;
+  std::array<float, kMaxListLength> nx, ny, nz;  ///< mean normal, unit; all zero: none, agrees with every other
+  std::array<std::uint32_t, kMaxListLength> id;  ///< of the caller's
+  std::uint32_t count = 0;
+};
+
+struct ThetaRule {
+  float start_degrees = 15;
+  float relaxation = 1.5F;
+};
+
+/// Cluster `loser` became part of cluster `winner`.
+struct Merge {
+  std::uint32_t winner;
+  std::uint32_t loser;
+};
+
+struct MergeOutcome {
+  std::array<Merge, kMaxListLength> merges;  ///< in the order in which they happened
+  std::uint32_t count = 0;
+  float theta_degrees = 0;  ///< the threshold that was reached
+};
+
+/// Shortens the list to `target` clusters (1 <= target <= count). Where no pair is within theta, theta
+/// is relaxed for this list alone. Deterministic: ties go to the smaller index.
+MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta);
+
+}  // namespace cairn::stages

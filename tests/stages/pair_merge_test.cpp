@@ -1,0 +1,120 @@
+#include "stages/cluster/pair_merge.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace cairn::stages {
+namespace {
+
+MergeList random_list(std::mt19937& random, std::uint32_t count, bool normals) {
+  std::uniform_real_distribution<float> coordinate(-1, 1);
+  MergeList list;
+  list.count = count;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    list.x[i] = coordinate(random);
+    list.y[i] = coordinate(random);
+    list.z[i] = coordinate(random);
+    list.weight[i] = static_cast<float>(1 + random() % 5);
+    const float a = normals ? coordinate(random) * 3.1F : 0, b = normals ? coordinate(random) * 1.5F : 0;
+    list.nx[i] = normals ? std::cos(a) * std::cos(b) : 0;
+    list.ny[i] = normals ? std::sin(a) * std::cos(b) : 0;
+    list.nz[i] = normals ? std::sin(b) : 0;
+    list.id[i] = 100 + i;
+  }
+  return list;
+}
+
+TEST(MergePairs, ReachesEveryTargetExactly) {
+  std::mt19937 random(1);
+  for (std::uint32_t count = 1; count <= kMaxListLength; ++count)
+    for (std::uint32_t target = 1; target <= count; ++target) {
+      MergeList list = random_list(random, count, count % 2 == 0);
+      const MergeOutcome outcome = merge_pairs(list, target, {});
+      ASSERT_EQ(list.count, target);
+      ASSERT_EQ(outcome.count, count - target);
+      std::set<std::uint32_t> losers;
+      for (std::uint32_t k = 0; k < outcome.count; ++k) {
+        ASSERT_LT(outcome.merges[k].winner, outcome.merges[k].loser);
+        ASSERT_TRUE(losers.insert(outcome.merges[k].loser).second);
+        ASSERT_FALSE(losers.contains(outcome.merges[k].winner));
+      }
+    }
+}
+
+TEST(MergePairs, FirstMergeIsTheCheapestPairOfAll) {
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 500; ++trial) {
+    MergeList list = random_list(random, 2 + random() % 31, false);
+    // Ward's cost by brute force, in double precision.
+    double cheapest = INFINITY;
+    std::uint32_t best_a = 0, best_b = 0;
+    for (std::uint32_t a = 0; a < list.count; ++a)
+      for (std::uint32_t b = a + 1; b < list.count; ++b) {
+        const double dx = list.x[a] - list.x[b], dy = list.y[a] - list.y[b], dz = list.z[a] - list.z[b];
+        const double wa = list.weight[a], wb = list.weight[b];
+        const double cost = wa * wb / (wa + wb) * (dx * dx + dy * dy + dz * dz);
+        if (cost < cheapest) {
+          cheapest = cost;
+          best_a = a;
+          best_b = b;
+        }
+      }
+    const std::uint32_t id_a = list.id[best_a], id_b = list.id[best_b];
+    const MergeOutcome outcome = merge_pairs(list, list.count - 1, {});
+    ASSERT_EQ(outcome.merges[0].winner, id_a);
+    ASSERT_EQ(outcome.merges[0].loser, id_b);
+  }
+}
+
+TEST(MergePairs, KeepsOppositeSheetsApartWhileThetaForbidsIt) {
+  // Two sheets of 16 points, a hair apart, facing opposite ways.
+  MergeList list;
+  list.count = 32;
+  for (std::uint32_t i = 0; i < 32; ++i) {
+    list.x[i] = static_cast<float>(i / 2 % 4);
+    list.y[i] = static_cast<float>(i / 8);
+    list.z[i] = i % 2 == 0 ? 0.0F : 0.001F;
+    list.weight[i] = 1;
+    list.nx[i] = list.ny[i] = 0;
+    list.nz[i] = i % 2 == 0 ? 1.0F : -1.0F;
+    list.id[i] = i;
+  }
+  const MergeOutcome outcome = merge_pairs(list, 2, {15, 1.5F});
+  for (std::uint32_t k = 0; k < outcome.count; ++k)
+    EXPECT_EQ(outcome.merges[k].winner % 2, outcome.merges[k].loser % 2);
+  EXPECT_EQ(outcome.theta_degrees, 15);
+  EXPECT_EQ(list.nz[0], 1);
+  EXPECT_EQ(list.nz[1], -1);
+}
+
+TEST(MergePairs, RelaxesThetaOnlyAsFarAsNeeded) {
+  MergeList list;
+  list.count = 2;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    list.x[i] = static_cast<float>(i);
+    list.y[i] = list.z[i] = 0;
+    list.weight[i] = 1;
+    const float angle = static_cast<float>(i) * 40.0F * 3.14159265F / 180.0F;
+    list.nx[i] = std::cos(angle);
+    list.ny[i] = std::sin(angle);
+    list.nz[i] = 0;
+    list.id[i] = i;
+  }
+  // 15, 22.5, 33.75, 50.625: the first that 40 degrees fit into.
+  EXPECT_FLOAT_EQ(merge_pairs(list, 1, {15, 1.5F}).theta_degrees, 50.625F);
+}
+
+TEST(MergePairs, MissingNormalsBlockNothing) {
+  std::mt19937 random(5);
+  MergeList list = random_list(random, 20, true);
+  for (std::uint32_t i = 0; i < 20; i += 2) list.nx[i] = list.ny[i] = list.nz[i] = 0;
+  merge_pairs(list, 1, {0, 1.5F});
+  EXPECT_EQ(list.count, 1U);
+}
+
+}  // namespace
+}  // namespace cairn::stages
