@@ -53,20 +53,30 @@ OutputFile::~OutputFile() {
 
 std::uint64_t OutputFile::append(std::span<const std::byte> bytes) {
   const std::uint64_t begin = size_bytes_.fetch_add(bytes.size(), std::memory_order_relaxed);
-  std::uint64_t offset = begin;
+  put(begin, bytes);
+  return begin;
+}
+
+void OutputFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  CAIRN_CHECK(offset <= size_bytes() && bytes.size() <= size_bytes() - offset);
+  put(offset, bytes);
+}
+
+void OutputFile::put(std::uint64_t offset, std::span<const std::byte> bytes) const {
   while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const ssize_t written =
+        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) throw_system("cannot write", path_, written < 0 ? errno : ENOSPC);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     offset += static_cast<std::uint64_t>(written);
   }
-  return begin;
 }
 
 void OutputFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
   while (!bytes.empty()) {
-    const ssize_t got = ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const ssize_t got =
+        ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) throw_system("cannot read back what was written", path_, got < 0 ? errno : EIO);
     bytes = bytes.subspan(static_cast<std::size_t>(got));

@@ -25,6 +25,8 @@ class OutputFile {
   /// Writes `bytes` behind all that was appended before and returns where they begin. Several threads
   /// may append at a time: each reserves its range first, and none waits for another's disk.
   std::uint64_t append(std::span<const std::byte> bytes);
+  /// Overwrites bytes from `offset` on; requires that bytes were written there before.
+  void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
   /// Fills `bytes` from `offset`; requires that they were written. Any thread.
   void read_at(std::uint64_t offset, std::span<std::byte> bytes) const;
   /// Makes all that was written durable.
@@ -34,6 +36,7 @@ class OutputFile {
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  void put(std::uint64_t offset, std::span<const std::byte> bytes) const;
   OutputFile(std::filesystem::path path, int descriptor, std::uint64_t size_bytes)
       : path_(std::move(path)), descriptor_(descriptor), size_bytes_(size_bytes) {}
 

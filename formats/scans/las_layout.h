@@ -69,10 +69,10 @@ void append_las_fields(std::uint8_t point_format, Schema& schema, LasLayout& lay
 void decode_las_records(const LasLayout& layout, std::span<const std::byte> records,
                         std::size_t first, PointBlock& block);
 
-/// The reverse: fills `count` zeroed records from a block with integer steps. Returns the index in
-/// `layout.columns` of the first column with a value that its bit field cannot hold, or
+/// The reverse: fills zeroed records with the points from `first` on of a block with integer steps. Returns
+/// the index in `layout.columns` of the first column with a value that its bit field cannot hold, or
 /// layout.columns.size() if all fit.
 [[nodiscard]] std::size_t encode_las_records(const LasLayout& layout, const PointBlock& block,
-                                             std::span<std::byte> records);
+                                             std::size_t first, std::span<std::byte> records);
 
 }  // namespace cairn::formats
