@@ -18,7 +18,6 @@ constexpr std::size_t kEvlrHeaderBytes = 60;
 // Above this all payloads kept together are no description of a coordinate system.
 constexpr std::uint64_t kMaxKeptBytes = std::uint64_t{16} << 20;
 
-constexpr std::size_t kVlrCountField = 100;
 constexpr std::size_t kEvlrOffsetField = 235;
 constexpr std::size_t kEvlrCountField = 243;
 
@@ -89,14 +88,6 @@ class RecordWalk {
 };
 
 void read_vlrs(const RandomAccessFile& file, const LasHeader& header, LasRecords& kept) {
-  const std::uint64_t room = header.point_data_offset - header.header_size_bytes;
-  if (header.vlr_count > room / kVlrHeaderBytes)
-    throw_input({.what = "the number of variable length records cannot be true",
-                 .path = file.path(),
-                 .offset = kVlrCountField,
-                 .found = fmt::format("{}", header.vlr_count),
-                 .expected = fmt::format("at most {}, for which there is room before the points",
-                                         room / kVlrHeaderBytes)});
   RecordWalk walk(file, header.header_size_bytes, header.point_data_offset, false, kept);
   for (std::uint32_t i = 0; i < header.vlr_count; ++i)
     if (!walk.step()) return;

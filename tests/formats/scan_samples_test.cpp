@@ -1,0 +1,181 @@
+// Real files: what the readers find must be what other programs found, as the manifest tells.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "formats/error.h"
+#include "tests/support/manifest.h"
+#include "tests/support/scan_points.h"
+
+namespace cairn::formats {
+namespace {
+
+const std::filesystem::path kShared = CAIRN_SHARED_DATA;
+
+std::vector<test::ManifestEntry> entries_ending(const std::string& suffix, bool hostile) {
+  std::vector<test::ManifestEntry> chosen;
+  for (const test::ManifestEntry& entry : test::read_manifest(kShared / "MANIFEST.tsv"))
+    if (entry.path.ends_with(suffix) && entry.is_hostile() == hostile) chosen.push_back(entry);
+  return chosen;
+}
+
+void expect_box(const test::ScanPoints& scan,
+                const std::array<test::ManifestEntry::Bound, 6>& box) {
+  std::array<double, 6> found;
+  found.fill(std::numeric_limits<double>::infinity());
+  for (std::size_t point = 0; point < scan.points.count; ++point)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double value = scan.world(point)[axis];
+      found[axis] = std::min(found[axis], value);
+      found[axis + 3] = std::min(found[axis + 3], -value);
+    }
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(i < 3 ? found[i] : -found[i], box[i].value, box[i].tolerance) << "bound " << i;
+}
+
+void expect_as_in_manifest(const test::ManifestEntry& entry) {
+  SCOPED_TRACE(entry.path);
+  const test::ScanPoints scan = test::read_points(kShared / entry.path);
+  EXPECT_EQ(scan.points.count, entry.points.value());
+  EXPECT_EQ(scan.info.claimed_points, entry.points.value());
+  if (entry.box) expect_box(scan, *entry.box);
+}
+
+TEST(ScanSamples, LasCountsAndBoxesAreTheManifests) {
+  const auto entries = entries_ending(".las", false);
+  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  for (const auto& entry : entries) expect_as_in_manifest(entry);
+}
+
+TEST(ScanSamples, PlyCountsAndBoxesAreTheManifests) {
+  const auto entries = entries_ending(".ply", false);
+  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  for (const auto& entry : entries) {
+    // It has x and y alone; the manifest's third column is another property.
+    if (entry.path == "ply/sized_dims.ply") continue;
+    expect_as_in_manifest(entry);
+  }
+}
+
+// What a hostile file must give: as many points, or a refusal whose message holds these words.
+struct Outcome {
+  std::optional<std::uint64_t> points;
+  std::string message;
+};
+
+const std::map<std::string, Outcome>& hostile_outcomes() {
+  static const std::map<std::string, Outcome> outcomes{
+      {"hostile/1.2-no-points.las", {{}, "room for 0 points, expected 1065 points"}},
+      {"hostile/bad-geotiff-keys.las", {10, ""}},
+      {"hostile/bad_vlr_count.las", {10, ""}},
+      {"hostile/garbage_nVariableLength.las", {{}, "room for 718 points, expected 719 points"}},
+      {"hostile/gps-time-nan.las", {1, ""}},
+      {"hostile/hextest.las", {8, ""}},
+      {"hostile/no-points-1.3.las", {0, ""}},
+      {"hostile/no-points.las", {0, ""}},
+      {"hostile/noise-dirty.las", {1065, ""}},
+      {"hostile/spurious.las", {1065, ""}},
+      {"hostile/synthetic_test.las", {1, ""}},
+      {"hostile/wontcompress3.las", {1000, ""}},
+      {"hostile/example_with_invalid_comments.ply", {3, ""}},
+      {"hostile/issue_2421.ply", {1, ""}},
+      {"hostile/mesh.ply", {4, ""}},
+      {"hostile/no_vertex.ply", {{}, "no vertices"}},
+      {"hostile/ply_empty_ascii.ply", {0, ""}},
+      {"hostile/ply_empty_bin.ply", {0, ""}},
+      {"hostile/ply_empty_header.ply", {{}, "no vertices"}},
+      {"hostile/points_emptyascii.ply", {12, ""}},
+      {"hostile/unsized_dims.ply", {{}, "no position"}},
+      {"hostile/append-bug.laz", {{}, "LAZ is not read yet"}},
+      {"hostile/broken_type.laz", {{}, "LAZ is not read yet"}},
+  };
+  return outcomes;
+}
+
+TEST(ScanSamples, HostileFilesAreReadOrRefusedAsListed) {
+  if (!std::filesystem::exists(kShared / "MANIFEST.tsv")) GTEST_SKIP() << "no shared scans";
+  for (const auto& [name, outcome] : hostile_outcomes()) {
+    SCOPED_TRACE(name);
+    try {
+      const test::ScanPoints scan = test::read_points(kShared / name);
+      EXPECT_TRUE(outcome.points.has_value()) << "should be refused";
+      EXPECT_EQ(scan.points.count, outcome.points.value_or(0));
+    } catch (const Error& error) {
+      EXPECT_FALSE(outcome.points.has_value()) << error.what();
+      EXPECT_EQ(error.kind(), ErrorKind::kInput);
+      EXPECT_NE(std::string(error.what()).find(outcome.message), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(ScanSamples, NoHostileLasOrPlyIsLeftOutOfTheTable) {
+  for (const char* suffix : {".las", ".ply"})
+    for (const auto& entry : entries_ending(suffix, true))
+      EXPECT_TRUE(hostile_outcomes().contains(entry.path)) << entry.path;
+}
+
+TEST(ScanSamples, NothingButLasAndPlyIsOpened) {
+  const auto entries = test::read_manifest(kShared / "MANIFEST.tsv");
+  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  for (const auto& entry : entries) {
+    if (entry.path.ends_with(".las") || entry.path.ends_with(".ply")) continue;
+    EXPECT_THROW(open_scan(kShared / entry.path, {}), Error) << entry.path;
+  }
+}
+
+TEST(ScanSamples, TheSamePointsInLasAndPlyHaveTheSamePositions) {
+  if (!std::filesystem::exists(kShared / "text/ripple.las")) GTEST_SKIP() << "no shared scans";
+  const auto las = test::read_points(kShared / "text/ripple.las");
+  const auto ply = test::read_points(kShared / "ply/ripple_bin.ply");
+  const auto text = test::read_points(kShared / "ply/ripple_ascii.ply");
+  ASSERT_EQ(las.points.count, ply.points.count);
+  ASSERT_EQ(text.points.count, ply.points.count);
+  for (std::size_t point = 0; point < ply.points.count; ++point)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(las.world(point)[axis], ply.world(point)[axis], 1e-5);
+      EXPECT_NEAR(text.world(point)[axis], ply.world(point)[axis], 1e-5);
+    }
+}
+
+TEST(ScanSamples, CoordinateSystemIsKeptFromVlrs) {
+  const auto path = kShared / "las/file_with_both_wkt_and_geotiff_vlrs.las";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
+  const auto reader = open_scan(path, {});
+  const auto& crs = reader->info().crs;
+  ASSERT_EQ(crs.size(), 4u);
+  // Sizes and order as a hex dump of the file shows them.
+  const std::vector<std::pair<std::uint16_t, std::size_t>> expected{
+      {34735, 112}, {34736, 80}, {34737, 65}, {2112, 552}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(crs[i].user_id, "LASF_Projection");
+    EXPECT_EQ(crs[i].record_id, expected[i].first);
+    EXPECT_EQ(crs[i].data.size(), expected[i].second);
+  }
+  EXPECT_EQ(crs[3].description, "WKT");
+}
+
+TEST(ScanSamples, ExtraBytesHaveTheirDocumentedTypes) {
+  const auto path = kShared / "las/extrabytes.las";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
+  const Schema schema = open_scan(path, {})->info().schema;
+  const auto expect = [&](const char* name, ScalarType type, int components) {
+    const auto index = find_attribute(schema, name);
+    ASSERT_TRUE(index) << name;
+    EXPECT_EQ(schema[*index].type, type) << name;
+    EXPECT_EQ(schema[*index].components, components) << name;
+  };
+  expect("colors", ScalarType::kU16, 3);
+  expect("reserved", ScalarType::kU8, 7);
+  expect("flags", ScalarType::kI8, 2);
+  expect("intensity_2", ScalarType::kU32, 1);  // beside the intensity of the point format
+  expect("time", ScalarType::kU64, 1);
+}
+
+}  // namespace
+}  // namespace cairn::formats

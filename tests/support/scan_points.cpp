@@ -1,0 +1,82 @@
+#include "tests/support/scan_points.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace cairn::test {
+namespace {
+
+void require(bool condition, const char* what) {
+  if (!condition) throw std::logic_error(what);
+}
+
+void append(const formats::PointBlock& block, const formats::ScanInfo& info,
+            formats::PointBlock& all) {
+  const bool steps = info.encoding == formats::PositionEncoding::kSteps;
+  require(block.count <= formats::kBlockPoints, "a block is too large");
+  require(block.steps.size() == (steps ? block.count : 0), "a block has a wrong number of steps");
+  require(block.world.size() == (steps ? 0 : block.count),
+          "a block has a wrong number of positions");
+  require(block.columns.size() == info.schema.size(), "a block has a wrong number of columns");
+  all.count += block.count;
+  all.steps.insert(all.steps.end(), block.steps.begin(), block.steps.end());
+  all.world.insert(all.world.end(), block.world.begin(), block.world.end());
+  for (std::size_t i = 0; i < block.columns.size(); ++i) {
+    require(block.columns[i].size() == block.count * info.schema[i].size_bytes(),
+            "a column has a wrong size");
+    all.columns[i].insert(all.columns[i].end(), block.columns[i].begin(), block.columns[i].end());
+  }
+}
+
+}  // namespace
+
+std::array<double, 3> ScanPoints::world(std::size_t point) const {
+  if (info.encoding != formats::PositionEncoding::kSteps) return points.world[point];
+  std::array<double, 3> position{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    position[axis] = info.offset[axis] + info.scale[axis] * points.steps[point][axis];
+  return position;
+}
+
+std::vector<std::string> ScanPoints::records(const std::vector<std::string>& attributes) const {
+  std::vector<std::string> result(points.count);
+  for (std::size_t point = 0; point < points.count; ++point) {
+    const auto position = world(point);
+    result[point].append(reinterpret_cast<const char*>(position.data()), sizeof position);
+  }
+  for (const std::string& name : attributes) {
+    const std::size_t index = formats::find_attribute(info.schema, name).value();
+    const std::size_t size = info.schema[index].size_bytes();
+    const char* column = reinterpret_cast<const char*>(points.columns[index].data());
+    for (std::size_t point = 0; point < points.count; ++point)
+      result[point].append(column + point * size, size);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+std::vector<std::string> ScanPoints::names() const {
+  std::vector<std::string> result;
+  for (const formats::Attribute& attribute : info.schema) result.push_back(attribute.name);
+  return result;
+}
+
+ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options) {
+  const auto reader = formats::open_scan(path, options);
+  ScanPoints scan;
+  scan.info = reader->info();
+  scan.points.columns.resize(scan.info.schema.size());
+  std::uint64_t capacity = 0;
+  for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch) {
+    const std::size_t before = scan.points.count;
+    reader->read(stretch,
+                 [&](const formats::PointBlock& block) { append(block, scan.info, scan.points); });
+    require(scan.points.count - before <= reader->stretch_capacity(stretch),
+            "a stretch has more points than its capacity");
+    capacity += reader->stretch_capacity(stretch);
+  }
+  require(capacity == scan.info.present_points, "the capacities do not add up");
+  return scan;
+}
+
+}  // namespace cairn::test
