@@ -3,7 +3,8 @@
 // A shape is a surface over the unit square. It is sampled the way a scanner sweeps: row after row
 // with a jittered step, denser towards the middle of each row, with range noise along the normal.
 // All shapes share one frame in metres, so that scans of different shapes and seeds make one
-// campaign. Points are written as they are made; memory does not grow with their number.
+// campaign. Points are written as they are made; memory does not grow with their number. (Between
+// machines a last digit may differ, as the C library's sine does between processors.)
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
