@@ -30,6 +30,7 @@ constexpr std::size_t kEvlrOffset = 235;
 constexpr std::size_t kEvlrCount = 243;
 constexpr std::size_t kPointCount = 247;
 
+constexpr std::uint32_t kVlrHeaderBytes = 54;
 constexpr std::uint16_t kSmallestHeader = 227;
 constexpr std::uint16_t kLargestHeader = 393;
 
@@ -116,6 +117,12 @@ void read_point_format(const Fields& fields, LasHeader& header) {
 
 void read_counts(const Fields& fields, LasHeader& header) {
   header.vlr_count = fields.get<std::uint32_t>(kVlrCount);
+  const std::uint32_t vlr_room =
+      (header.point_data_offset - header.header_size_bytes) / kVlrHeaderBytes;
+  if (header.vlr_count > vlr_room)
+    fields.refuse("the number of variable length records cannot be true", kVlrCount,
+                  fmt::format("{}", header.vlr_count),
+                  fmt::format("at most {}, for which there is room before the points", vlr_room));
   const auto legacy = fields.get<std::uint32_t>(kLegacyPointCount);
   header.point_count = legacy;
   if (header.version_minor < 4) return;

@@ -15,7 +15,7 @@ struct LasHeader {
   std::uint16_t global_encoding = 0;
   std::uint16_t header_size_bytes = 0;
   std::uint32_t point_data_offset = 0;  ///< at least header_size_bytes, at most the file's size
-  std::uint32_t vlr_count = 0;          ///< as claimed
+  std::uint32_t vlr_count = 0;          ///< as claimed; there is room for so many headers
   std::uint8_t point_format = 0;        ///< 0 to 10
   bool compressed = false;
   std::uint16_t record_length_bytes = 0;  ///< at least what the point format needs
@@ -30,7 +30,7 @@ struct LasHeader {
 std::uint16_t las_header_size(std::uint8_t version_minor);
 
 /// Reads and checks the header. Throws kInput, naming the field, for one that no reader could
-/// follow; counts are returned as claimed and must be held against the file by whoever uses them.
+/// follow; point and EVLR counts are returned as claimed and must be held against the file by whoever uses them.
 LasHeader read_las_header(const RandomAccessFile& file);
 
 }  // namespace cairn::formats

@@ -1,7 +1,6 @@
 // The variable length records of a LAS file: those that tell the coordinate reference system, and
-// the one that describes extra bytes. Points matter more than these records: records that do not
-// fit between the header and the points are left out, and only a count that cannot be true at all
-// is refused.
+// the one that describes extra bytes. Points matter more than these records: those that do not fit
+// between the header and the points are left out.
 #pragma once
 
 #include <cstdint>
@@ -29,9 +28,8 @@ struct LasRecords {
 };
 
 /// Reads the records before and (LAS 1.4) behind the points. `points_end` is the end of the claimed
-/// point records. Throws kInput for a VLR count with no room for so many headers, and for EVLRs
-/// that overlap the points or the end of the file, unless `allow_truncated`: then those are left
-/// out.
+/// point records. Throws kInput for EVLRs that overlap the points or the end of the file, unless
+/// `allow_truncated`: then those are left out.
 LasRecords read_las_records(const RandomAccessFile& file, const LasHeader& header,
                             std::uint64_t points_end, bool allow_truncated);
 

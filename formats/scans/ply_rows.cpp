@@ -84,9 +84,11 @@ bool PlyRowSource::next_line(std::span<std::byte> row, bool last) {
       refuse("a line has too few values", "none",
              fmt::format("a value of the property {}", property.name));
     if (property.is_list() || row.empty()) continue;
-    if (!parse_number(token, property.type, row.data() + at))
+    if (!parse_number(token, property.type, row.data() + at)) {
+      if (cut && line.empty()) return false;  // half a number
       refuse(fmt::format("damaged value of the property {}", property.name), token,
              std::string(name_of(property.type)));
+    }
     at += size_bytes(property.type);
   }
   if (!is_blank(line))
