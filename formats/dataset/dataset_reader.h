@@ -12,6 +12,7 @@
 #include "formats/dataset/node_codec.h"
 #include "formats/dataset/node_data.h"
 #include "formats/dataset/tree.h"
+#include "formats/random_access_file.h"
 
 namespace cairn::formats {
 
@@ -28,13 +29,10 @@ class DatasetReader {
   /// or contradictory files, kSystem for those that cannot be opened or read.
   static DatasetReader open(const std::filesystem::path& directory);
 
-  DatasetReader(DatasetReader&& other) noexcept;
-  DatasetReader& operator=(DatasetReader&& other) noexcept;
-  ~DatasetReader();
-
   const DatasetHeader& header() const { return index_.head.dataset; }
   const IndexHead& head() const { return index_.head; }
   const Tree& tree() const { return tree_; }
+  /// All records, in id order.
   const std::vector<NodeRecord>& nodes() const { return index_.nodes; }
   /// Requires an id below tree().node_count().
   const NodeRecord& record(NodeId id) const;
@@ -46,16 +44,15 @@ class DatasetReader {
   NodeData read_node(NodeId id, const SectionSet& wanted) const;
 
  private:
-  DatasetReader(std::filesystem::path directory, DatasetIndex index, std::string metadata,
-                std::uint64_t index_size_bytes, int nodes_descriptor);
+  DatasetReader(RandomAccessFile nodes, DatasetIndex index, std::string metadata,
+                std::uint64_t index_size_bytes);
   IndexRange representatives_of(NodeId id) const;
 
-  std::filesystem::path directory_;
+  RandomAccessFile nodes_file_;
   DatasetIndex index_;
   Tree tree_;
   std::string metadata_;
-  std::uint64_t index_size_bytes_ = 0;
-  int nodes_descriptor_ = -1;
+  std::uint64_t index_size_bytes_;
 };
 
 }  // namespace cairn::formats

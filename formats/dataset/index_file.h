@@ -48,28 +48,42 @@ struct IndexLayout {
   IndexRange bytes_of(std::uint64_t page) const;
 };
 
-/// Requires a header that write_index accepts.
+/// Whether the format can hold the attribute: normals are 3 floats, the radius is not in the schema.
+bool is_valid_attribute(const Attribute& attribute);
+/// Throws Error (kUsage) where a header is beyond the limits of the format.
+void check_limits(const DatasetHeader& header);
+
+/// Requires a header that check_limits accepts.
 IndexLayout layout_of(const DatasetHeader& header);
 
 /// The bytes of index.bin. Throws Error: kUsage where the header is beyond the limits of the format,
 /// kInvariant where a record does not fit the header's tree. The result always parses.
 std::vector<std::byte> write_index(const DatasetIndex& index);
 
-/// Reads the head from the first bytes of index.bin: at least kIndexFixedBytes, or all if it has fewer.
-/// `needed_bytes` tells how many bytes of the file hold the head and the page checksums; given at least
-/// so many, the root checksum is verified too, else only the values. Nothing is allocated that the
-/// claimed size of the file, `index_size_bytes`, has no room for.
-[[nodiscard]] std::optional<DecodeError> parse_index_head(std::span<const std::byte> bytes,
-                                                          std::uint64_t index_size_bytes, IndexHead& head,
-                                                          std::uint64_t& needed_bytes);
+/// The bytes of the head and of the table of page checksums: index.bin before its pages.
+std::vector<std::byte> write_index_head(const IndexHead& head,
+                                        std::span<const std::uint64_t> page_checksums);
+
+/// How many bytes at the beginning of index.bin hold its head and the page checksums, told from the
+/// first kIndexFixedBytes bytes (or all, if there are fewer) and the file's size. Never more than the file
+/// has.
+[[nodiscard]] std::optional<DecodeError> index_prefix_size(std::span<const std::byte> bytes,
+                                                           std::uint64_t index_size_bytes,
+                                                           std::uint64_t& prefix_size_bytes);
+
+/// Reads the head and the page checksums; `bytes` are the prefix, or more. Verifies the root checksum
+/// before anything else.
+[[nodiscard]] std::optional<DecodeError> parse_index_head(
+    std::span<const std::byte> bytes, std::uint64_t index_size_bytes, IndexHead& head,
+    std::vector<std::uint64_t>& page_checksums);
 
 /// Reads one page, against its entry in the table of page checksums, and appends its records.
-[[nodiscard]] std::optional<DecodeError> parse_index_page(const IndexHead& head, const IndexLayout& layout,
-                                                          std::uint64_t page, std::uint64_t checksum,
-                                                          std::span<const std::byte> bytes,
-                                                          std::vector<NodeRecord>& nodes);
+[[nodiscard]] std::optional<DecodeError> parse_index_page(
+    const IndexHead& head, const IndexLayout& layout, std::uint64_t page, std::uint64_t checksum,
+    std::span<const std::byte> bytes, std::vector<NodeRecord>& nodes);
 
 /// Reads all of index.bin and checks that the sections of the nodes fill nodes.bin without gap or overlap.
-[[nodiscard]] std::optional<DecodeError> parse_index(std::span<const std::byte> bytes, DatasetIndex& index);
+[[nodiscard]] std::optional<DecodeError> parse_index(std::span<const std::byte> bytes,
+                                                     DatasetIndex& index);
 
 }  // namespace cairn::formats

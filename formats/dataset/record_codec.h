@@ -15,6 +15,8 @@ namespace cairn::formats {
 /// Limits of the format, so that nothing that a file claims can overflow or exhaust memory.
 inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 48;
 inline constexpr std::uint64_t kMaxNodePoints = std::uint64_t{1} << 24;
+/// Bytes of one decoded column of a node.
+inline constexpr std::uint64_t kMaxColumnBytes = std::uint64_t{1} << 30;
 inline constexpr std::size_t kMaxAttributes = 1020;
 inline constexpr std::size_t kMaxSections = kFirstAttributeSection + kMaxAttributes;
 
@@ -41,8 +43,10 @@ void encode_record(const DatasetHeader& header, const Tree& tree, const NodeReco
 /// which sections are there, and that they lie one behind the other within `nodes_size_bytes`.
 /// Requires bytes.size() == record_size_bytes(header) and a header that index_file has checked. Offsets
 /// of errors count from the record's start.
-[[nodiscard]] std::optional<DecodeError> decode_record(const DatasetHeader& header, const Tree& tree,
-                                                       NodeId id, std::uint64_t nodes_size_bytes,
-                                                       std::span<const std::byte> bytes, NodeRecord& record);
+[[nodiscard]] std::optional<DecodeError> decode_record(const DatasetHeader& header,
+                                                       const Tree& tree, NodeId id,
+                                                       std::uint64_t nodes_size_bytes,
+                                                       std::span<const std::byte> bytes,
+                                                       NodeRecord& record);
 
 }  // namespace cairn::formats

@@ -1,0 +1,267 @@
+#include "formats/dataset/metadata.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "formats/dataset/index_file.h"
+
+namespace cairn::formats {
+namespace {
+
+using Json = nlohmann::ordered_json;  // keys stay in the order written here
+
+constexpr std::string_view kBase64 =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+std::string base64_of(std::span<const std::byte> bytes) {
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      bits = bits << 8 | (k < n ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= n ? kBase64[bits >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+/// The bytes of a base64 text, or nothing if it is none.
+std::optional<std::vector<std::byte>> bytes_of_base64(std::string_view text) {
+  if (text.size() % 4 != 0) return std::nullopt;
+  std::vector<std::byte> bytes;
+  for (std::size_t i = 0; i < text.size(); i += 4) {
+    std::uint32_t bits = 0;
+    std::size_t digits = 4;
+    while (digits > 2 && i + 4 == text.size() && text[i + digits - 1] == '=') --digits;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t value = k < digits ? kBase64.find(text[i + k]) : 0;
+      if (value == std::string_view::npos) return std::nullopt;
+      bits = bits << 6 | static_cast<std::uint32_t>(value);
+    }
+    for (std::size_t k = 0; k + 1 < digits; ++k)
+      bytes.push_back(static_cast<std::byte>(bits >> (16 - 8 * k) & 255));
+  }
+  return bytes;
+}
+
+Json schema_json(const DatasetHeader& header) {
+  Json list = Json::array();
+  for (const Attribute& attribute : header.schema)
+    list.push_back({{"name", attribute.name},
+                    {"type", name_of(attribute.type)},
+                    {"components", attribute.components},
+                    {"rule", name_of(attribute.rule)},
+                    {"on_inner_nodes", attribute.rule != ReduceRule::kNone}});
+  return list;
+}
+
+Json tree_json(const DatasetHeader& header, const std::vector<NodeRecord>& nodes) {
+  const Tree tree = header.tree();
+  const std::uint64_t first_leaf = value_of(tree.id(tree.leaf_level(), 0));
+  std::uint64_t least[2] = {UINT64_MAX, UINT64_MAX};
+  std::uint64_t most[2] = {0, 0};
+  for (const NodeRecord& record : nodes) {
+    const std::size_t inner = value_of(record.id) < first_leaf ? 1 : 0;
+    least[inner] = std::min<std::uint64_t>(least[inner], record.point_count);
+    most[inner] = std::max<std::uint64_t>(most[inner], record.point_count);
+  }
+  const auto extremes = [&](int i) { return Json{{"min", least[i]}, {"max", most[i]}}; };
+  return {{"fanout", header.fanout},
+          {"levels", tree.leaf_level() + 1},
+          {"nodes", tree.node_count()},
+          {"target_points", header.target_points},
+          {"node_points", tree.node_points()},
+          {"leaf_points", extremes(0)},
+          {"inner_points", tree.leaf_level() == 0 ? Json(nullptr) : extremes(1)}};
+}
+
+Json grid_json(const DatasetHeader& header, const GridBox& box) {
+  return {{"step", header.grid.step},
+          {"offset", header.grid.offset},
+          {"shift", header.grid.shift},
+          {"min", box.min},
+          {"max", box.max}};
+}
+
+std::string section_name(const DatasetHeader& header, std::size_t section) {
+  static constexpr std::string_view kFixed[] = {"position", "representative", "weight", "radius"};
+  return section < kFirstAttributeSection ? std::string(kFixed[section])
+                                          : header.schema[section - kFirstAttributeSection].name;
+}
+
+Json bytes_json(const DatasetHeader& header, const std::vector<NodeRecord>& nodes) {
+  std::vector<std::uint64_t> sizes(kFirstAttributeSection + header.schema.size());
+  std::uint64_t total = 0;
+  for (const NodeRecord& record : nodes)
+    for (std::size_t i = 0; i < sizes.size(); ++i) sizes[i] += record.sections[i].size_bytes;
+  Json sections = Json::array();
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    sections.push_back({{"name", section_name(header, i)}, {"bytes", sizes[i]}});
+    total += sizes[i];
+  }
+  return {
+      {"nodes", total}, {"index", layout_of(header).size_bytes}, {"sections", std::move(sections)}};
+}
+
+/// RMS over the input points of a level, largest bound and what the level weighs in the file.
+Json levels_json(const DatasetHeader& header, const std::vector<NodeRecord>& nodes) {
+  const Tree tree = header.tree();
+  Json list = Json::array();
+  std::size_t next = 0;
+  for (Level level = 0; level <= tree.leaf_level(); ++level) {
+    double squares = 0, bound = 0;
+    std::uint64_t points = 0, bytes = 0;
+    for (std::uint64_t i = 0; i < tree.nodes_on(level); ++i, ++next) {
+      const NodeRecord& record = nodes[next];
+      squares += record.rms * record.rms * static_cast<double>(record.weight);
+      bound = std::max(bound, record.bound);
+      points += record.point_count;
+      for (const SectionRef& section : record.sections) bytes += section.size_bytes;
+    }
+    list.push_back({{"level", level},
+                    {"nodes", tree.nodes_on(level)},
+                    {"points", points},
+                    {"bytes", bytes},
+                    {"rms", std::sqrt(squares / static_cast<double>(header.points))},
+                    {"bound", bound}});
+  }
+  return list;
+}
+
+Json sources_json(const std::vector<SourceSummary>& sources) {
+  Json list = Json::array();
+  for (const SourceSummary& source : sources)
+    list.push_back({{"name", source.name},
+                    {"format", source.format},
+                    {"claimed", source.claimed},
+                    {"kept", source.kept},
+                    {"dropped", source.dropped},
+                    {"missing", source.missing}});
+  return list;
+}
+
+Json crs_json(const std::vector<VariableLengthRecord>& records) {
+  constexpr std::uint16_t kWktRecord = 2112;  // LAS 1.4, "OGC Coordinate System WKT Record"
+  Json wkt = nullptr;
+  Json list = Json::array();
+  for (const VariableLengthRecord& record : records) {
+    if (record.record_id == kWktRecord && wkt.is_null()) {
+      std::string text(reinterpret_cast<const char*>(record.data.data()), record.data.size());
+      wkt = text.substr(0, text.find('\0'));
+    }
+    list.push_back({{"user_id", record.user_id},
+                    {"record_id", record.record_id},
+                    {"description", record.description},
+                    {"data_base64", base64_of(record.data)}});
+  }
+  return {{"wkt", wkt}, {"records", std::move(list)}};
+}
+
+Json parameters_json(const MetadataExtras& extras) {
+  Json object = Json::object();
+  for (const auto& [name, text] : extras.parameters) {
+    Json value = Json::parse(text, nullptr, false);
+    if (value.is_discarded())
+      throw_usage("the setting " + name + " has a value that is not JSON: " + text);
+    object[name] = std::move(value);
+  }
+  return object;
+}
+
+/// The value at a path of keys, if it is a whole number.
+std::optional<std::uint64_t> number_at(const Json& json, std::initializer_list<const char*> path) {
+  const Json* at = &json;
+  for (const char* key : path) {
+    if (!at->is_object() || !at->contains(key)) return std::nullopt;
+    at = &(*at)[key];
+  }
+  return at->is_number_unsigned() ? std::optional(at->get<std::uint64_t>()) : std::nullopt;
+}
+
+std::optional<DecodeError> parse(std::string_view text, Json& json) {
+  try {
+    json = Json::parse(text);
+    return std::nullopt;
+  } catch (const Json::parse_error& e) {
+    return DecodeError{"the metadata is not JSON", e.byte, "something else", "JSON"};
+  }
+}
+
+}  // namespace
+
+std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
+                           const MetadataExtras& extras) {
+  CAIRN_CHECK(nodes.size() == header.tree().node_count());
+  const GridBox& box = nodes.front().box;
+  const Json json{
+      {"format", "cairn"},
+      {"version", kFormatVersion},
+      {"points", header.points},
+      {"read", header.read_points},
+      {"dropped", header.dropped_points},
+      {"missing", header.missing_points},
+      {"bounds", {{"min", header.grid.world(box.min)}, {"max", header.grid.world(box.max)}}},
+      {"grid", grid_json(header, box)},
+      {"schema", schema_json(header)},
+      {"radius", header.radius_from_input ? "input" : "estimated"},
+      {"lossless_leaves", header.lossless_leaves},
+      {"position_bits", header.position_bits},
+      {"refinement", header.refinement == Refinement::kReplace ? "replace" : "add"},
+      {"tree", tree_json(header, nodes)},
+      {"levels", levels_json(header, nodes)},
+      {"bytes", bytes_json(header, nodes)},
+      {"parameters", parameters_json(extras)},
+      {"sources", sources_json(extras.sources)},
+      {"crs", crs_json(extras.crs)},
+  };
+  // Names and descriptions come from outside and need not be UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHeader& header) {
+  Json json;
+  if (auto error = parse(text, json)) return error;
+  const Tree tree = header.tree();
+  const std::tuple<const char*, std::optional<std::uint64_t>, std::uint64_t> repeated[] = {
+      {"version", number_at(json, {"version"}), kFormatVersion},
+      {"points", number_at(json, {"points"}), header.points},
+      {"read", number_at(json, {"read"}), header.read_points},
+      {"dropped", number_at(json, {"dropped"}), header.dropped_points},
+      {"missing", number_at(json, {"missing"}), header.missing_points},
+      {"tree.fanout", number_at(json, {"tree", "fanout"}), header.fanout},
+      {"tree.levels", number_at(json, {"tree", "levels"}), tree.leaf_level() + 1},
+      {"tree.nodes", number_at(json, {"tree", "nodes"}), tree.node_count()},
+      {"tree.node_points", number_at(json, {"tree", "node_points"}), tree.node_points()},
+  };
+  for (const auto& [name, found, expected] : repeated)
+    if (found != expected)
+      return DecodeError{std::string("the metadata contradicts the index: ") + name, 0,
+                         found ? std::to_string(*found) : "no whole number",
+                         std::to_string(expected)};
+  return std::nullopt;
+}
+
+std::optional<DecodeError> read_metadata_crs(std::string_view text,
+                                             std::vector<VariableLengthRecord>& crs) {
+  crs.clear();
+  Json json;
+  if (auto error = parse(text, json)) return error;
+  const DecodeError broken{"bad coordinate system records in the metadata", 0, "something else",
+                           "crs.records"};
+  try {
+    for (const Json& entry : json.at("crs").at("records")) {
+      auto data = bytes_of_base64(entry.at("data_base64").get<std::string>());
+      if (!data) return broken;
+      crs.push_back({.user_id = entry.at("user_id").get<std::string>(),
+                     .record_id = entry.at("record_id").get<std::uint16_t>(),
+                     .description = entry.at("description").get<std::string>(),
+                     .data = std::move(*data)});
+    }
+  } catch (const Json::exception&) {
+    return broken;
+  }
+  return std::nullopt;
+}
+
+}  // namespace cairn::formats

@@ -1,0 +1,119 @@
+#include "formats/dataset/metadata.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/dataset/index_file.h"
+#include "tests/support/tiny_dataset.h"
+
+namespace cairn::formats {
+namespace {
+
+std::vector<NodeRecord> records_of(const test::TinyTree& tree) {
+  test::TemporaryFolder folder;
+  test::write_tiny_dataset(folder.path(), tree);
+  DatasetIndex index;
+  EXPECT_FALSE(parse_index(test::read_file(folder / "index.bin"), index));
+  return index.nodes;
+}
+
+class MetadataTest : public testing::Test {
+ protected:
+  nlohmann::json write(const MetadataExtras& extras) {
+    text_ = write_metadata(tree_.header, nodes_, extras);
+    return nlohmann::json::parse(text_);
+  }
+
+  test::TinyTree tree_ = test::make_tiny_tree(test::tiny_header());
+  std::vector<NodeRecord> nodes_ = records_of(tree_);
+  std::string text_;
+};
+
+TEST_F(MetadataTest, TellsCountsTreeAndSchema) {
+  const nlohmann::json json = write({});
+  EXPECT_EQ(json["points"], 43);
+  EXPECT_EQ(json["read"], 45);
+  EXPECT_EQ(json["dropped"], 2);
+  // 43 points for nodes of 10: log2(4.3) = 2.1, so 4 leaves on level 2 of 10 or 11 points.
+  EXPECT_EQ(json["tree"]["levels"], 3);
+  EXPECT_EQ(json["tree"]["nodes"], 7);
+  EXPECT_EQ(json["tree"]["node_points"], 11);
+  EXPECT_EQ(json["tree"]["leaf_points"], (nlohmann::json{{"min", 10}, {"max", 11}}));
+  EXPECT_EQ(json["tree"]["inner_points"], (nlohmann::json{{"min", 11}, {"max", 11}}));
+  EXPECT_EQ(json["schema"][3]["name"], "gps_time");
+  EXPECT_EQ(json["schema"][3]["on_inner_nodes"], false);
+  EXPECT_EQ(json["schema"][0]["type"], "float32");
+  EXPECT_EQ(json["levels"].size(), 3u);
+  EXPECT_EQ(json["levels"][2]["points"], 43);
+  EXPECT_EQ(json["crs"]["wkt"], nullptr);
+}
+
+TEST_F(MetadataTest, BoundsAreWorldCoordinates) {
+  const nlohmann::json json = write({});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(json["bounds"]["min"][axis], tree_.header.grid.world(nodes_[0].box.min)[axis]);
+    EXPECT_EQ(json["bounds"]["max"][axis], tree_.header.grid.world(nodes_[0].box.max)[axis]);
+  }
+}
+
+TEST_F(MetadataTest, CarriesSettingsSourcesAndCoordinateSystem) {
+  const std::string wkt = "PROJCS[\"x\"]";
+  VariableLengthRecord record{.user_id = "LASF_Projection", .record_id = 2112, .description = "d"};
+  for (const char c : wkt + '\0') record.data.push_back(static_cast<std::byte>(c));
+  const MetadataExtras extras{
+      .parameters = {{"theta", "15.5"}, {"codec", "\"lzo\""}, {"grid", "null"}},
+      .sources = {{"a.las", "LAS 1.2", 10, 8, 1, 1}},
+      .crs = {record}};
+  const nlohmann::json json = write(extras);
+  EXPECT_EQ(json["parameters"]["theta"], 15.5);
+  EXPECT_EQ(json["parameters"]["grid"], nullptr);
+  EXPECT_EQ(json["sources"][0]["kept"], 8);
+  EXPECT_EQ(json["crs"]["wkt"], wkt);
+  std::vector<VariableLengthRecord> crs;
+  ASSERT_FALSE(read_metadata_crs(text_, crs));
+  EXPECT_EQ(crs, extras.crs);
+}
+
+TEST_F(MetadataTest, CoordinateSystemBytesOfAnyLengthComeBack) {
+  MetadataExtras extras;
+  for (int size = 0; size < 8; ++size) {
+    VariableLengthRecord record{.user_id = "u", .record_id = 34735};
+    for (int i = 0; i < size; ++i) record.data.push_back(static_cast<std::byte>(251 - 40 * i));
+    extras.crs.push_back(record);
+  }
+  write(extras);
+  std::vector<VariableLengthRecord> crs;
+  ASSERT_FALSE(read_metadata_crs(text_, crs));
+  EXPECT_EQ(crs, extras.crs);
+}
+
+TEST_F(MetadataTest, NamesThatAreNotUtf8StayJson) {
+  MetadataExtras extras;
+  extras.sources = {{.name = "\xff\xfe.las", .format = "\x80"}};
+  EXPECT_NO_THROW(write(extras));
+}
+
+TEST_F(MetadataTest, RefusesASettingThatIsNotJson) {
+  MetadataExtras extras;
+  extras.parameters = {{"codec", "lzo"}};
+  EXPECT_THROW(write(extras), Error);
+}
+
+TEST_F(MetadataTest, ContradictionsToTheIndexAreNamed) {
+  write({});
+  EXPECT_FALSE(check_metadata(text_, tree_.header));
+  DatasetHeader other = tree_.header;
+  other.dropped_points = 3;
+  const auto error = check_metadata(text_, other);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "the metadata contradicts the index: dropped");
+  EXPECT_EQ(error->found, "2");
+  EXPECT_EQ(error->expected, "3");
+  EXPECT_TRUE(check_metadata("{", tree_.header));
+  EXPECT_TRUE(check_metadata("[]", tree_.header));
+  EXPECT_TRUE(check_metadata("", tree_.header));
+}
+
+}  // namespace
+}  // namespace cairn::formats
