@@ -1,0 +1,186 @@
+#include "pipeline/build.h"
+
+#include <algorithm>
+#include <thread>
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include "formats/dataset/dataset_reader.h"
+#include "formats/error.h"
+#include "formats/output_file.h"
+#include "pipeline/memory_budget.h"
+#include "pipeline/run_record.h"
+#include "pipeline/stage_clock.h"
+#include "pipeline/workspace.h"
+#include "stages/cluster/cluster.h"
+#include "stages/import/import.h"
+#include "stages/index.h"
+#include "stages/pack.h"
+#include "stages/parallel.h"
+#include "stages/split/split.h"
+
+namespace cairn::pipeline {
+
+using formats::DatasetHeader;
+using formats::Tree;
+
+namespace {
+
+stages::Scans open_scans(const BuildOptions& options) {
+  stages::Scans scans;
+  for (const auto& path : options.scans)
+    scans.push_back(formats::open_scan(path, {.allow_truncated = options.allow_truncated}));
+  if (scans.empty()) formats::throw_usage("no scans are given");
+  return scans;
+}
+
+Tree choose_tree(const BuildOptions& options, std::uint64_t points) {
+  const std::uint32_t fanout = options.fanout.value_or(Tree::best_fanout(points, options.node_points));
+  return Tree(points, fanout, options.node_points);
+}
+
+/// Disk is asked for before work begins. Points can only be fewer than the headers claim, and packed
+/// nodes have not been seen to be larger than their records: this is an upper bound.
+void require_disk(const Workspace& workspace, const stages::Scans& scans, const stages::ImportOptions& import) {
+  const stages::CampaignSize size = stages::campaign_size(scans, import);
+  const std::uint64_t records = size.points * size.record_bytes;
+  const std::uint64_t packed = records + records / 2 + (std::uint64_t{1} << 20);
+  workspace.require_free(std::max(size.import_bytes + records, 2 * records) + packed, packed);
+}
+
+DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoints& imported, const Tree& tree) {
+  DatasetHeader header;
+  header.grid = imported.grid;
+  header.points = imported.points;
+  header.fanout = tree.fanout();
+  header.target_points = tree.target_points();
+  header.schema = imported.schema;
+  header.radius_from_input = formats::find_attribute(header.schema, formats::attribute_name::kRadius).has_value();
+  if (header.radius_from_input) header.schema.pop_back();  // the radius is the last, see merge_schemas
+  header.lossless_leaves = options.lossless_leaves;
+  header.position_bits = options.position_bits;
+  for (const stages::ScanLedger& scan : imported.ledger) {
+    header.read_points += scan.read;
+    header.dropped_points += scan.dropped();
+    header.missing_points += scan.missing();
+  }
+  return header;
+}
+
+formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
+                                    const std::vector<stages::ScanLedger>& ledger) {
+  formats::MetadataExtras extras;
+  const auto number_or_auto = [](const auto& value) { return value ? fmt::format("{}", *value) : std::string("\"auto\""); };
+  const auto quoted = [](std::string_view text) { return fmt::format("\"{}\"", text); };
+  std::vector<std::string> dropped;
+  for (const std::string& name : options.drop) dropped.push_back(quoted(name));
+  extras.parameters = {{"fanout", number_or_auto(options.fanout)},
+                       {"node_points", fmt::format("{}", options.node_points)},
+                       {"grid", number_or_auto(options.grid)},
+                       {"theta", fmt::format("{}", options.theta_degrees)},
+                       {"theta_relaxation", fmt::format("{}", options.theta_relaxation)},
+                       {"reducer", quoted(options.reducer)},
+                       {"position_bits", fmt::format("{}", options.position_bits)},
+                       {"lossless_leaves", options.lossless_leaves ? "true" : "false"},
+                       {"codec", quoted(formats::name_of(options.codec))},
+                       {"drop", fmt::format("[{}]", fmt::join(dropped, ", "))},
+                       {"resolution", options.resolution ? fmt::format("{}", *options.resolution) : "null"}};
+  for (std::size_t s = 0; s < scans.size(); ++s) {
+    const formats::ScanInfo& info = scans[s]->info();
+    extras.sources.push_back({info.path.filename().string(), info.format, ledger[s].claimed, ledger[s].kept,
+                              ledger[s].dropped(), ledger[s].missing()});
+    for (const formats::VariableLengthRecord& record : info.crs)
+      if (std::find(extras.crs.begin(), extras.crs.end(), record) == extras.crs.end()) extras.crs.push_back(record);
+  }
+  return extras;
+}
+
+class Build {
+ public:
+  Build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop)
+      : options_(options), clock_(progress), workspace_(options.output, options.scratch, options.force) {
+    context_.threads = options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+    context_.memory_bytes = memory_budget(options.memory_bytes, machine_memory_bytes());
+    context_.make_array = [this](std::string_view name, std::uint64_t size_bytes) {
+      return formats::ExternalArray(workspace_.arrays_folder() / name, size_bytes);
+    };
+    context_.progress = &clock_;
+    context_.stop = std::move(stop);
+  }
+
+  BuildReport run() {
+    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, context_.threads);
+    stages::run_in_arena(context_.threads, [&] { run_stages(); });
+    BuildReport report = make_report();
+    write_run_record(workspace_.dataset_folder(), report);
+    workspace_.publish();
+    report.elapsed_s = clock_.elapsed_s();
+    return report;
+  }
+
+ private:
+  void run_stages() {
+    const stages::Scans scans = open_scans(options_);
+    const stages::ImportOptions import{.drop = options_.drop, .resolution = options_.resolution};
+    require_disk(workspace_, scans, import);
+    for (const auto& scan : scans) input_bytes_ += std::filesystem::file_size(scan->info().path);
+
+    stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
+    const Tree tree = choose_tree(options_, imported.points);
+    const DatasetHeader header = make_header(options_, imported, tree);
+    const formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+
+    stages::SplitPoints points = stages::split(std::move(imported), tree, context_);
+
+    formats::OutputFile spill = formats::OutputFile::create(workspace_.arrays_folder() / "packed-nodes");
+    stages::Packer packer(header, options_.codec, spill);
+    cluster_and_pack(points, header, packer);
+    points.array = {};
+
+    formats::OutputFile nodes = formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kNodes);
+    formats::OutputFile index = formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kIndex);
+    formats::OutputFile metadata = formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
+    stages::write_dataset(context_, header, packer.finish(), spill, extras, {nodes, index, metadata});
+  }
+
+  /// Nodes are packed as soon as they are clustered, while they are hot.
+  void cluster_and_pack(stages::SplitPoints& points, const DatasetHeader& header, stages::Packer& packer) {
+    const stages::ClusterOptions cluster{
+        .grid = options_.grid,
+        .theta = {static_cast<float>(options_.theta_degrees), static_cast<float>(options_.theta_relaxation)}};
+    const auto reducer = stages::make_reducer(options_.reducer, cluster);
+    // Each worker holds a path of the tree; where memory is short fewer work at a time.
+    const std::uint64_t worker_bytes = stages::cluster_worker_bytes(header, points.stride);
+    const std::uint64_t workers = std::clamp<std::uint64_t>(context_.memory_bytes / 2 / worker_bytes, 1, context_.threads);
+    stages::run_in_arena(static_cast<unsigned>(workers), [&] {
+      stages::cluster({points.array, points.stride, header, *reducer, options_.grid}, packer, context_);
+    });
+  }
+
+  BuildReport make_report() const {
+    BuildReport report;
+    report.stages = clock_.timings();
+    report.elapsed_s = clock_.elapsed_s();
+    report.threads = context_.threads;
+    report.memory_limit_bytes = context_.memory_bytes;
+    report.peak_memory_bytes = peak_memory_bytes();
+    report.scans = options_.scans.size();
+    report.input_bytes = input_bytes_;
+    return report;
+  }
+
+  const BuildOptions& options_;
+  StageClock clock_;
+  Workspace workspace_;
+  stages::Context context_;
+  std::uint64_t input_bytes_ = 0;
+};
+
+}  // namespace
+
+BuildReport build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop) {
+  return Build(options, progress, std::move(stop)).run();
+}
+
+}  // namespace cairn::pipeline
