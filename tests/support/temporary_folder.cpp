@@ -28,11 +28,15 @@ std::filesystem::path TemporaryFolder::write(std::string_view name,
 }
 
 std::filesystem::path TemporaryFolder::write(std::string_view name, std::string_view text) const {
-  const std::filesystem::path file = path_ / name;
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  write_text(path_ / name, text);
+  return path_ / name;
+}
+
+void write_text(const std::filesystem::path& path, std::string_view text) {
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!stream.flush()) throw std::runtime_error("cannot write " + file.string());
-  return file;
+  if (!stream.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
 std::string read_text(const std::filesystem::path& path) {

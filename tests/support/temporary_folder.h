@@ -26,6 +26,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// Writes a file, and makes the folders that it needs.
+void write_text(const std::filesystem::path& path, std::string_view text);
+
 /// The bytes of a whole file.
 std::string read_text(const std::filesystem::path& path);
 

@@ -1,0 +1,162 @@
+#include "pipeline/config.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+
+#include "formats/error.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using formats::Error;
+using formats::ErrorKind;
+
+/// Edit distance between two words: insertions, deletions, replacements.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] != b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+[[noreturn]] void refuse_key(const std::string& where, std::string_view key) {
+  std::string_view nearest;
+  std::size_t least = 1 + std::max<std::size_t>(2, key.size() / 3);
+  std::string all;
+  for (const Setting& setting : build_settings()) {
+    if (setting.flag_only) continue;
+    all += (all.empty() ? "" : ", ") + std::string(setting.key);
+    const std::size_t edits = distance(key, setting.key);
+    if (edits < least) {
+      least = edits;
+      nearest = setting.key;
+    }
+  }
+  const Setting* known = find_setting(key);
+  if (known != nullptr)
+    formats::throw_usage(fmt::format("{}: '{}' is a flag only: {}", where, key, known->flag()));
+  const std::string hint =
+      nearest.empty() ? "keys are " + all : fmt::format("did you mean '{}'?", nearest);
+  formats::throw_usage(fmt::format("{}: unknown key '{}'; {}", where, key, hint));
+}
+
+/// The text of a value that is no table or array, as a flag would have it.
+std::optional<std::string> scalar_text(const toml::node& node) {
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
+  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
+  return std::nullopt;
+}
+
+std::string described(const toml::node& node) {
+  const auto text = scalar_text(node);
+  if (node.is_string()) return "the string \"" + *text + "\"";
+  if (text) return *text;
+  return node.is_array() ? "an array" : node.is_table() ? "a table" : "a date or time";
+}
+
+bool has_type(const toml::node& node, SettingKind kind) {
+  switch (kind) {
+    case SettingKind::kSwitch:
+      return node.is_boolean();
+    case SettingKind::kInteger:
+      return node.is_integer();
+    case SettingKind::kIntegerOrAuto:
+      return node.is_integer() || (node.is_string() && node.as_string()->get() == "auto");
+    case SettingKind::kNumber:
+      return node.is_integer() || node.is_floating_point();
+    case SettingKind::kSize:
+      return node.is_integer() || node.is_string();
+    default:
+      return node.is_string();
+  }
+}
+
+bool is_list(SettingKind kind) {
+  return kind == SettingKind::kTexts || kind == SettingKind::kPaths;
+}
+bool is_path(SettingKind kind) { return kind == SettingKind::kPath || kind == SettingKind::kPaths; }
+
+std::string allowed_in_file(const Setting& setting) {
+  switch (setting.kind) {
+    case SettingKind::kText:
+    case SettingKind::kPath:
+      return "a string: " + std::string(setting.allowed);
+    case SettingKind::kTexts:
+    case SettingKind::kPaths:
+      return "an array of strings: " + std::string(setting.allowed);
+    default:
+      return std::string(setting.allowed);
+  }
+}
+
+std::vector<std::string> values_of(const toml::node& node, const Setting& setting,
+                                   const std::string& origin, const std::filesystem::path& folder) {
+  const toml::array* list = is_list(setting.kind) ? node.as_array() : nullptr;
+  std::vector<const toml::node*> items;
+  if (list != nullptr)
+    for (const toml::node& item : *list) items.push_back(&item);
+  else
+    items.push_back(&node);
+  std::vector<std::string> values;
+  for (const toml::node* item : items) {
+    if (!has_type(*item, setting.kind))
+      throw Error(
+          ErrorKind::kUsage,
+          {.what = origin, .found = described(*item), .expected = allowed_in_file(setting)});
+    std::string text = *scalar_text(*item);
+    // The empty path is left to be refused; joined to the folder it would name the folder.
+    values.push_back(is_path(setting.kind) && !text.empty() ? (folder / text).string() : text);
+  }
+  return values;
+}
+
+toml::table parse_toml(std::string_view text, const std::string& name) {
+  try {
+    return toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    formats::throw_usage(
+        fmt::format("{}, line {}: {}", name, error.source().begin.line, error.description()));
+  }
+}
+
+}  // namespace
+
+SettingLayer parse_config(std::string_view text, const std::string& name,
+                          const std::filesystem::path& folder) {
+  const toml::table table = parse_toml(text, name);
+  SettingLayer layer;
+  for (const auto& [key, node] : table) {
+    const std::string where = fmt::format("{}, line {}", name, key.source().begin.line);
+    const Setting* setting = find_setting(key.str());
+    if (setting == nullptr || setting->flag_only) refuse_key(where, key.str());
+    const std::string origin = fmt::format("{}: {}", where, key.str());
+    layer[std::string(key.str())] = {values_of(node, *setting, origin, folder), origin};
+  }
+  return layer;
+}
+
+SettingLayer read_config(const std::filesystem::path& file) {
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in || !text) formats::throw_system("cannot read the configuration", file, errno);
+  return parse_config(text.str(), file.string(), file.parent_path());
+}
+
+}  // namespace cairn::pipeline

@@ -1,0 +1,99 @@
+#include "pipeline/settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "formats/dataset/tree.h"
+#include "formats/error.h"
+#include "pipeline/compiled_in.h"
+#include "pipeline/config.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using formats::Error;
+using formats::ErrorKind;
+
+std::string joined(const std::vector<std::string>& values) {
+  std::string text;
+  for (const std::string& value : values) text += (text.empty() ? "" : ", ") + value;
+  return values.empty() ? "nothing" : "'" + text + "'";
+}
+
+void apply(BuildSettings& settings, const Setting& setting, const GivenValue& given) {
+  if (given.values.empty() && setting.kind != SettingKind::kTexts &&
+      setting.kind != SettingKind::kPaths)
+    throw Error(ErrorKind::kUsage,
+                {.what = given.origin, .expected = std::string(setting.allowed)});
+  if (!setting.apply(settings, given.values))
+    throw Error(ErrorKind::kUsage, {.what = given.origin,
+                                    .found = joined(given.values),
+                                    .expected = std::string(setting.allowed)});
+}
+
+/// Later layers win.
+void lay_over(SettingLayer& below, const SettingLayer& above) {
+  for (const auto& [key, given] : above) below[key] = given;
+}
+
+SettingLayer preset_layer(const SettingLayer& chosen) {
+  const auto given = chosen.find("preset");
+  if (given == chosen.end()) return {};
+  BuildSettings ignored;
+  apply(ignored, *find_setting("preset"), given->second);
+  const auto preset = std::find_if(presets().begin(), presets().end(), [&](const Preset& p) {
+    return p.name == given->second.values.front();
+  });
+  return parse_config(preset->text, "configs/" + std::string(preset->name) + ".toml", {});
+}
+
+/// What one value alone does not tell.
+void check_together(const BuildOptions& options) {
+  if (options.scans.empty()) formats::throw_usage("no scans are given");
+  if (options.output.empty()) formats::throw_usage("no output is given: -o NAME.cairn");
+  const std::uint64_t children = options.fanout.value_or(formats::kMinFanout);
+  if (options.node_points < children)
+    formats::throw_usage(fmt::format(
+        "node_points is {}, less than the fan-out {}: every child needs a representative",
+        options.node_points, children));
+}
+
+}  // namespace
+
+std::string Setting::flag() const {
+  std::string name = "--" + std::string(key);
+  std::replace(name.begin() + 2, name.end(), '_', '-');
+  return name;
+}
+
+const Setting* find_setting(std::string_view key) {
+  const auto settings = build_settings();
+  const auto at = std::find_if(settings.begin(), settings.end(),
+                               [&](const Setting& s) { return s.key == key; });
+  return at == settings.end() ? nullptr : &*at;
+}
+
+BuildSettings resolve_settings(const SettingLayer& flags,
+                               const std::optional<std::filesystem::path>& config) {
+  SettingLayer chosen = config ? read_config(*config) : SettingLayer{};
+  lay_over(chosen, flags);
+  SettingLayer all = preset_layer(chosen);
+  lay_over(all, chosen);
+  BuildSettings settings;
+  for (const auto& [key, given] : all) apply(settings, *find_setting(key), given);
+  check_together(settings.options);
+  return settings;
+}
+
+std::string settings_markdown() {
+  std::string rows;
+  for (const Setting& s : build_settings()) {
+    const std::string key = s.flag_only ? "" : fmt::format("`{}` ", s.key);
+    const std::string flag = s.key == "scans" ? "SCANS" : "`" + s.flag() + "`";
+    rows += fmt::format("| {}{} | {} | {} | {} |\n", key, flag, s.fallback, s.allowed, s.help);
+  }
+  return rows;
+}
+
+}  // namespace cairn::pipeline

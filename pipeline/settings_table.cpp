@@ -1,0 +1,220 @@
+// The table itself. To add a setting: a member of BuildOptions, a row here, and the row that the tests
+// then ask for in the README.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "formats/dataset/codec.h"
+#include "formats/dataset/tree.h"
+#include "pipeline/compiled_in.h"
+#include "pipeline/memory_budget.h"
+#include "pipeline/settings.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using Values = std::vector<std::string>;
+
+/// Rounding the number of levels may make nodes up to sqrt(64) = 8 times larger than asked for; that still is
+/// no more than kMaxNodePoints of formats/dataset/record_codec.h.
+constexpr std::uint64_t kMostNodePoints = std::uint64_t{1} << 21;
+constexpr std::uint64_t kMostGrid = 65536;
+constexpr std::uint64_t kMostThreads = 1024;
+
+/// The whole text as a T.
+template <typename T>
+std::optional<T> parse(const std::string& text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+template <typename Target>
+bool set_integer(Target& target, const Values& values, std::uint64_t least, std::uint64_t most) {
+  const auto value = parse<std::uint64_t>(values.front());
+  if (!value || *value < least || *value > most) return false;
+  target = static_cast<Target>(*value);
+  return true;
+}
+
+bool set_integer_or_auto(std::optional<std::uint32_t>& target, const Values& values,
+                         std::uint64_t least, std::uint64_t most) {
+  if (values.front() == "auto") {
+    target.reset();
+    return true;
+  }
+  std::uint32_t value = 0;
+  if (!set_integer(value, values, least, most)) return false;
+  target = value;
+  return true;
+}
+
+template <typename Target, typename Accept>
+bool set_number(Target& target, const Values& values, Accept accept) {
+  const auto value = parse<double>(values.front());
+  if (!value || !std::isfinite(*value) || !accept(*value)) return false;
+  target = *value;
+  return true;
+}
+
+bool set_switch(bool& target, const Values& values) {
+  if (values.front() != "true" && values.front() != "false") return false;
+  target = values.front() == "true";
+  return true;
+}
+
+bool set_scans(BuildSettings& s, const Values& v) {
+  s.options.scans.assign(v.begin(), v.end());
+  return std::find(v.begin(), v.end(), "") == v.end();
+}
+
+bool set_output(BuildSettings& s, const Values& v) {
+  s.options.output = v.front();
+  return !v.front().empty();
+}
+
+bool is_preset(BuildSettings&, const Values& v) {
+  return std::any_of(presets().begin(), presets().end(),
+                     [&](const Preset& p) { return p.name == v.front(); });
+}
+
+bool set_fanout(BuildSettings& s, const Values& v) {
+  return set_integer_or_auto(s.options.fanout, v, formats::kMinFanout, formats::kMaxFanout);
+}
+
+bool set_node_points(BuildSettings& s, const Values& v) {
+  return set_integer(s.options.node_points, v, formats::kMinFanout, kMostNodePoints);
+}
+
+bool set_reducer(BuildSettings& s, const Values& v) {
+  s.options.reducer = v.front();
+  return v.front() == "cluster" || v.front() == "first" || v.front() == "random";
+}
+
+bool set_grid(BuildSettings& s, const Values& v) {
+  return set_integer_or_auto(s.options.grid, v, 1, kMostGrid);
+}
+
+bool set_theta(BuildSettings& s, const Values& v) {
+  return set_number(s.options.theta_degrees, v, [](double x) { return x >= 0 && x <= 180; });
+}
+
+bool set_relaxation(BuildSettings& s, const Values& v) {
+  return set_number(s.options.theta_relaxation, v, [](double x) { return x > 1; });
+}
+
+bool set_position_bits(BuildSettings& s, const Values& v) {
+  return set_integer(s.options.position_bits, v, 1, 32);
+}
+
+bool set_lossless(BuildSettings& s, const Values& v) {
+  return set_switch(s.options.lossless_leaves, v);
+}
+
+bool set_codec(BuildSettings& s, const Values& v) {
+  const auto codec = formats::codec_named(v.front());
+  if (codec) s.options.codec = *codec;
+  return codec.has_value();
+}
+
+bool set_drop(BuildSettings& s, const Values& v) {
+  s.options.drop = v;
+  std::replace(s.options.drop.begin(), s.options.drop.end(), std::string("colour"),
+               std::string("color"));
+  return std::none_of(v.begin(), v.end(),
+                      [](const std::string& name) { return name.empty() || name == "position"; });
+}
+
+bool set_resolution(BuildSettings& s, const Values& v) {
+  return set_number(s.options.resolution, v, [](double x) { return x > 0; });
+}
+
+bool set_truncated(BuildSettings& s, const Values& v) {
+  return set_switch(s.options.allow_truncated, v);
+}
+
+bool set_memory(BuildSettings& s, const Values& v) {
+  const auto bytes = parse_memory(v.front(), machine_memory_bytes());
+  if (bytes) s.options.memory_bytes = *bytes;
+  return bytes && *bytes >= kLeastMemoryBytes;
+}
+
+bool set_threads(BuildSettings& s, const Values& v) {
+  std::optional<std::uint32_t> threads;
+  if (!set_integer_or_auto(threads, v, 1, kMostThreads)) return false;
+  s.options.threads = threads.value_or(0);
+  return true;
+}
+
+bool set_scratch(BuildSettings& s, const Values& v) {
+  s.options.scratch = v.front();
+  return !v.front().empty();
+}
+
+bool set_force(BuildSettings& s, const Values& v) { return set_switch(s.options.force, v); }
+
+bool set_progress(BuildSettings& s, const Values& v) {
+  const auto mode = progress_mode_named(v.front());
+  if (mode) s.progress = *mode;
+  return mode.has_value();
+}
+
+using enum SettingKind;
+constexpr std::string_view kInOut = "Input and output";
+constexpr std::string_view kTree = "Tree";
+constexpr std::string_view kSimplification = "Simplification";
+constexpr std::string_view kStorage = "Storage";
+constexpr std::string_view kResources = "Resources";
+constexpr std::string_view kBoolean = "true or false";
+
+constexpr auto kSettings = std::to_array<Setting>({
+    {"scans", kPaths, kInOut, "SCANS", "paths of .las and .ply files", "",
+     "scans to convert, in this order", set_scans},
+    {"output", kPath, kInOut, "NAME.cairn", "a path", "", "the dataset to make, a folder",
+     set_output},
+    {"preset", kText, kInOut, "NAME", "default, preview or archive", "default",
+     "start from these settings", is_preset},
+    {"drop", kTexts, kInOut, "NAME", "names of attributes, such as color or gps_time", "none",
+     "attribute to leave out; may be repeated", set_drop},
+    {"resolution", kNumber, kInOut, "LENGTH", "a number above 0", "the input's own",
+     "accept positions rounded to steps up to this long (world units)", set_resolution},
+    {"allow_truncated", kSwitch, kInOut, "", kBoolean, "false",
+     "keep the whole records of files that end early", set_truncated},
+    {"fanout", kIntegerOrAuto, kTree, "N|auto", "an integer from 2 to 64, or auto", "auto",
+     "children of an inner node; auto: the one of 2 to 8 that fits node_points best", set_fanout},
+    {"node_points", kInteger, kTree, "COUNT", "an integer from 2 to 2097152", "65536",
+     "points a node should hold", set_node_points},
+    {"reducer", kText, kSimplification, "NAME", "cluster, first or random", "cluster",
+     "how representatives of finer points are chosen", set_reducer},
+    {"grid", kIntegerOrAuto, kSimplification, "K|auto", "an integer from 1 to 65536, or auto",
+     "auto", "cells along the longest axis; auto: about 16 points a cell", set_grid},
+    {"theta", kNumber, kSimplification, "DEGREES", "a number from 0 to 180", "15",
+     "largest angle between normals that are merged", set_theta},
+    {"theta_relaxation", kNumber, kSimplification, "FACTOR", "a number above 1", "1.5",
+     "theta grows by this where nothing else can be merged", set_relaxation},
+    {"position_bits", kInteger, kStorage, "BITS", "an integer from 1 to 32", "16",
+     "bits of a coordinate inside its node's box", set_position_bits},
+    {"lossless_leaves", kSwitch, kStorage, "", kBoolean, "false",
+     "keep the finest level as the input has it, bit by bit", set_lossless},
+    {"codec", kText, kStorage, "NAME", "none, lzo, lzo999 or zstd", "lzo",
+     "compression of the sections", set_codec},
+    {"memory", kSize, kResources, "SIZE",
+     "a size of at least 64MiB, such as 4GiB, or a share such as 50%", "50%",
+     "bound of resident memory", set_memory},
+    {"threads", kIntegerOrAuto, kResources, "COUNT", "an integer from 1 to 1024, or auto", "auto",
+     "workers; auto: one a processor", set_threads},
+    {"scratch", kPath, kResources, "DIR", "a path of a folder", "beside the output",
+     "where bulky work arrays go", set_scratch},
+    {"progress", kText, kResources, "MODE", "auto, bar, plain, json or none", "auto",
+     "how progress is shown on stderr", set_progress},
+    {"force", kSwitch, kInOut, "", kBoolean, "false",
+     "replace an existing dataset once the new one is complete", set_force, /*flag_only=*/true},
+});
+
+}  // namespace
+
+std::span<const Setting> build_settings() { return kSettings; }
+
+}  // namespace cairn::pipeline

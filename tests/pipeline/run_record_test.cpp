@@ -1,0 +1,65 @@
+#include "pipeline/run_record.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/error.h"
+#include "pipeline/compiled_in.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cairn::pipeline {
+namespace {
+
+BuildReport sample() {
+  return {.stages = {{"import", 1000, 0.5}, {"split", 1000, 0.25}},
+          .elapsed_s = 1,
+          .threads = 2,
+          .memory_limit_bytes = 1 << 30,
+          .peak_memory_bytes = 1 << 20,
+          .scans = 3,
+          .input_bytes = 26000};
+}
+
+TEST(RunRecord, ComesBackAsWritten) {
+  const test::TemporaryFolder folder;
+  write_run_record(folder.path(), sample());
+  const auto record = read_run_record(folder.path());
+  ASSERT_TRUE(record);
+  ASSERT_EQ(record->stages.size(), 2U);
+  EXPECT_EQ(record->stages[1].name, "split");
+  EXPECT_EQ(record->stages[1].seconds, 0.25);
+  EXPECT_EQ(record->threads, 2U);
+  EXPECT_EQ(record->scans, 3U);
+  EXPECT_EQ(record->peak_memory_bytes, 1U << 20);
+}
+
+TEST(RunRecord, TellsRatesVersionAndMachine) {
+  const test::TemporaryFolder folder;
+  write_run_record(folder.path(), sample());
+  const auto json = nlohmann::json::parse(test::read_text(folder / "run.json"));
+  EXPECT_EQ(json.at("version"), program_version());
+  EXPECT_EQ(json.at("stages").at(0).at("points_per_s"), 2000);
+  EXPECT_GT(json.at("machine").at("memory_bytes"), 0);
+}
+
+TEST(RunRecord, IsNeverNeeded) {
+  const test::TemporaryFolder folder;
+  EXPECT_FALSE(read_run_record(folder.path()));
+  for (const char* text : {"", "{", "[]", "{}", "{\"elapsed_s\": \"long\"}"}) {
+    test::write_text(folder / "run.json", text);
+    EXPECT_FALSE(read_run_record(folder.path())) << text;
+  }
+}
+
+TEST(RunRecord, AFullDiskIsASystemError) {
+  try {
+    write_run_record("/proc/self", sample());
+    FAIL() << "no error";
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kSystem);
+  }
+}
+
+}  // namespace
+}  // namespace cairn::pipeline

@@ -1,0 +1,223 @@
+#include "pipeline/workspace.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+
+#include "formats/error.h"
+#include "pipeline/publish.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cairn::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::Error;
+using formats::ErrorKind;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// What a call throws, as "kind: message"; empty if it throws nothing.
+template <typename Call>
+std::string failure(Call call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return std::to_string(static_cast<int>(error.kind())) + ": " + error.what();
+  }
+  return "";
+}
+
+class WorkspaceTest : public ::testing::Test {
+ protected:
+  fs::path output() const { return folder_ / "site.cairn"; }
+  fs::path work() const { return folder_ / "site.cairn.work"; }
+
+  void write_dataset(const fs::path& at, const std::string& text) {
+    test::write_text(at / "index.bin", text);
+    test::write_text(at / "nodes.bin", text);
+  }
+  std::string open_failure(bool force = false) {
+    return failure([&] { Workspace workspace(output(), {}, force); });
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(WorkspaceTest, PublishesUnderTheNameAndLeavesNothingElse) {
+  {
+    Workspace workspace(output(), {}, false);
+    write_dataset(workspace.dataset_folder(), "new");
+    test::write_text(workspace.arrays_folder() / "points", "bulk");
+    EXPECT_FALSE(fs::exists(output()));
+    workspace.publish();
+  }
+  EXPECT_EQ(test::read_text(output() / "index.bin"), "new");
+  EXPECT_FALSE(fs::exists(work()));
+}
+
+TEST_F(WorkspaceTest, AFailureLeavesNothing) {
+  {
+    Workspace workspace(output(), {}, false);
+    write_dataset(workspace.dataset_folder(), "new");
+  }
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(WorkspaceTest, AnExistingOutputIsRefusedBeforeAnyWork) {
+  write_dataset(output(), "old");
+  EXPECT_THAT(open_failure(),
+              AllOf(HasSubstr("2: "), HasSubstr("site.cairn exists"), HasSubstr("--force")));
+  EXPECT_FALSE(fs::exists(work()));
+  EXPECT_EQ(test::read_text(output() / "index.bin"), "old");
+}
+
+TEST_F(WorkspaceTest, ForceKeepsTheOldUntilTheNewIsComplete) {
+  write_dataset(output(), "old");
+  test::write_text(output() / "run.json", "{}");
+  {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+    EXPECT_EQ(test::read_text(output() / "index.bin"), "old");
+    workspace.publish();
+    EXPECT_EQ(test::read_text(output() / "index.bin"), "new");
+  }
+  EXPECT_FALSE(fs::exists(output() / "run.json"));
+  EXPECT_FALSE(fs::exists(work()));
+}
+
+TEST_F(WorkspaceTest, ForceThatFailsKeepsTheOld) {
+  write_dataset(output(), "old");
+  {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+  }
+  EXPECT_EQ(test::read_text(output() / "index.bin"), "old");
+  EXPECT_FALSE(fs::exists(work()));
+}
+
+TEST_F(WorkspaceTest, ForceReplacesDatasetsOnly) {
+  test::write_text(output(), "a file");
+  EXPECT_THAT(open_failure(true), AllOf(HasSubstr("2: "), HasSubstr("is not a folder")));
+  fs::remove(output());
+  write_dataset(output(), "old");
+  test::write_text(output() / "thesis.txt", "years of work");
+  EXPECT_THAT(open_failure(true), AllOf(HasSubstr("2: "), HasSubstr("holds thesis.txt")));
+  EXPECT_TRUE(fs::exists(output() / "thesis.txt"));
+  fs::remove_all(output());
+  fs::create_directory(output());
+  EXPECT_THAT(open_failure(true), AllOf(HasSubstr("2: "), HasSubstr("holds no index.bin")));
+}
+
+TEST_F(WorkspaceTest, AnOutputThatAppearsMeanwhileIsNotOverwritten) {
+  Workspace workspace(output(), {}, false);
+  write_dataset(workspace.dataset_folder(), "new");
+  write_dataset(output(), "another's");
+  EXPECT_THAT(failure([&] { workspace.publish(); }), HasSubstr("2: "));
+  EXPECT_EQ(test::read_text(output() / "index.bin"), "another's");
+}
+
+TEST_F(WorkspaceTest, OneBuildAnOutputAtATime) {
+  Workspace first(output(), {}, false);
+  EXPECT_THAT(open_failure(),
+              AllOf(HasSubstr("4: another build of "), HasSubstr("site.cairn.work")));
+  EXPECT_TRUE(fs::exists(first.dataset_folder()));
+}
+
+TEST_F(WorkspaceTest, TakesOverWhatAKilledBuildLeft) {
+  test::write_text(work() / "held-by-cairn", "");
+  test::write_text(work() / "dataset/index.bin", "half");
+  ::testing::internal::CaptureStderr();
+  {
+    Workspace workspace(output(), {}, false);
+    EXPECT_TRUE(fs::is_empty(workspace.dataset_folder()));
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, AllOf(HasSubstr("cairn: note: "), HasSubstr("site.cairn.work")));
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1);
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(WorkspaceTest, DoesNotEmptyAFolderThatIsNotItsOwn) {
+  test::write_text(work() / "thesis.txt", "years of work");
+  EXPECT_THAT(open_failure(), AllOf(HasSubstr("4: "), HasSubstr("site.cairn.work")));
+  EXPECT_EQ(test::read_text(work() / "thesis.txt"), "years of work");
+}
+
+TEST_F(WorkspaceTest, PutsArraysIntoTheScratchFolder) {
+  const fs::path scratch = folder_ / "scratch";
+  fs::create_directory(scratch);
+  {
+    Workspace workspace(output(), scratch, false);
+    EXPECT_THAT(workspace.arrays_folder().string(), HasSubstr(scratch.string()));
+    EXPECT_THAT(workspace.dataset_folder().string(), HasSubstr(work().string()));
+  }
+  EXPECT_TRUE(fs::is_empty(scratch));
+  EXPECT_THAT(failure([&] { Workspace workspace(output(), folder_ / "none", false); }),
+              HasSubstr("2: "));
+}
+
+TEST_F(WorkspaceTest, NamesThatAreNoPlaceAreRefused) {
+  EXPECT_THAT(failure([&] { Workspace workspace(folder_ / "none/site.cairn", {}, false); }),
+              AllOf(HasSubstr("2: "), HasSubstr("does not exist")));
+  EXPECT_THAT(failure([&] { Workspace workspace(folder_ / "..", {}, false); }), HasSubstr("2: "));
+}
+
+TEST_F(WorkspaceTest, TakesATrailingSlash) {
+  {
+    Workspace workspace(fs::path(output().string() + "/"), {}, false);
+    write_dataset(workspace.dataset_folder(), "new");
+    workspace.publish();
+  }
+  EXPECT_TRUE(fs::exists(output() / "index.bin"));
+}
+
+TEST_F(WorkspaceTest, FollowsALinkInsteadOfReplacingIt) {
+  write_dataset(folder_ / "real.cairn", "old");
+  fs::create_directory_symlink(folder_ / "real.cairn", output());
+  {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+    workspace.publish();
+  }
+  EXPECT_TRUE(fs::is_symlink(output()));
+  EXPECT_EQ(test::read_text(folder_ / "real.cairn/index.bin"), "new");
+}
+
+TEST_F(WorkspaceTest, AsksForDiskSpaceNamingNeededAndFree) {
+  Workspace workspace(output(), {}, false);
+  EXPECT_EQ(failure([&] { workspace.require_free(1000, 1000); }), "");
+  EXPECT_THAT(
+      failure([&] { workspace.require_free(std::uint64_t{1} << 60, 24); }),
+      AllOf(HasSubstr("4: "), HasSubstr("bytes free"), HasSubstr("expected 1152921504606847000")));
+}
+
+/// A disk of one megabyte.
+class SmallDisk {
+ public:
+  explicit SmallDisk(fs::path at) : at_(std::move(at)) {
+    fs::create_directory(at_);
+    mounted_ = ::mount("cairn-test", at_.c_str(), "tmpfs", 0, "size=1m") == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) ::umount(at_.c_str());
+  }
+  bool mounted() const { return mounted_; }
+
+ private:
+  fs::path at_;
+  bool mounted_ = false;
+};
+
+TEST_F(WorkspaceTest, ScratchAndOutputAreMeasuredOnTheirOwnDisks) {
+  const fs::path scratch = folder_ / "small";
+  const SmallDisk disk(scratch);
+  if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not allowed here";
+  Workspace workspace(output(), scratch, false);
+  EXPECT_EQ(failure([&] { workspace.require_free(100000, 4 << 20); }), "");
+  EXPECT_THAT(failure([&] { workspace.require_free(4 << 20, 100000); }),
+              AllOf(HasSubstr("4: "), HasSubstr("small"), HasSubstr("expected 4194304")));
+}
+
+}  // namespace
+}  // namespace cairn::pipeline
