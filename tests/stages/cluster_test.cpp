@@ -1,0 +1,289 @@
+#include "stages/cluster/cluster.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <mutex>
+#include <random>
+
+#include "formats/dataset/digest.h"
+#include "formats/scalar_value.h"
+#include "formats/wide_int.h"
+#include "stages/parallel.h"
+#include "tests/support/stage_fixture.h"
+
+namespace cairn::stages {
+namespace {
+
+using formats::DatasetHeader;
+using formats::GridPoint;
+using formats::Int128;
+using formats::NodeId;
+using formats::ReduceRule;
+using formats::ScalarType;
+using formats::Tree;
+
+struct InputPoint {
+  GridPoint position;
+  std::uint16_t intensity;
+  std::uint8_t kind;
+  std::array<float, 3> normal;
+};
+
+class CollectingSink final : public NodeSink {
+ public:
+  void take(ClusteredNode&& node) override {
+    const std::lock_guard lock(mutex_);
+    nodes.resize(std::max<std::size_t>(nodes.size(), value_of(node.id) + 1));
+    nodes[value_of(node.id)] = std::move(node);
+  }
+  std::vector<ClusteredNode> nodes;
+
+ private:
+  std::mutex mutex_;
+};
+
+class ClusterTest : public test::StageFixture {
+ protected:
+  DatasetHeader header_for(std::size_t count, std::uint32_t fanout, std::uint64_t node_points) const {
+    DatasetHeader header;
+    header.grid.step = {0.5, 0.25, 1.0};
+    header.points = count;
+    header.fanout = fanout;
+    header.target_points = node_points;
+    header.schema = {{"intensity", ScalarType::kU16, 1, ReduceRule::kMean},
+                     {"classification", ScalarType::kU8, 1, ReduceRule::kMajority},
+                     {"normal", ScalarType::kF32, 3, ReduceRule::kNormal}};
+    return header;
+  }
+
+  /// Clusters points that stand in kd-order already (any order will do for what is tested).
+  std::vector<ClusteredNode> run(const std::vector<InputPoint>& points, const DatasetHeader& header, std::string_view reducer,
+                                 ClusterOptions options = {}) {
+    const std::size_t stride = formats::RecordLayout(header.schema, 12).stride;
+    formats::ExternalArray records = context().make_array("records", points.size() * stride);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      std::byte* record = records.bytes().data() + i * stride;
+      std::memcpy(record, points[i].position.data(), 12);
+      std::memcpy(record + 12, &points[i].intensity, 2);
+      std::memcpy(record + 14, &points[i].kind, 1);
+      std::memcpy(record + 15, points[i].normal.data(), 12);
+    }
+    CollectingSink sink;
+    const auto reduce = make_reducer(reducer, options);
+    cluster({records, stride, header, *reduce, options.grid}, sink, context());
+    return std::move(sink.nodes);
+  }
+};
+
+std::vector<InputPoint> random_cloud(std::size_t count, std::int32_t range, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> component(-1, 1);
+  std::vector<InputPoint> points(count);
+  for (InputPoint& p : points) {
+    for (auto& c : p.position) c = static_cast<std::int32_t>(random() % static_cast<unsigned>(range)) - range / 2;
+    p.intensity = static_cast<std::uint16_t>(random());
+    p.kind = static_cast<std::uint8_t>(random() % 3);
+    p.normal = {component(random), component(random), component(random)};
+  }
+  return points;
+}
+
+/// For every node and every stored point the input points that it stands for, by following the
+/// assignments upwards from the leaves.
+std::vector<std::vector<std::vector<std::size_t>>> follow(const std::vector<ClusteredNode>& nodes, const Tree& tree,
+                                                          const std::vector<InputPoint>& input) {
+  std::vector<std::vector<std::vector<std::size_t>>> stands_for(nodes.size());
+  for (std::size_t n = 0; n < nodes.size(); ++n) stands_for[n].resize(nodes[n].points.count());
+  for (std::size_t n = nodes.size(); n-- > 0;) {
+    const NodeId id{n};
+    if (tree.is_leaf(id)) {
+      // A leaf's points are some permutation of its input range: match them by position and values.
+      const auto range = tree.input_range(tree.leaf_level(), tree.index_on_level(id));
+      std::vector<bool> used(range.count);
+      for (std::size_t i = 0; i < nodes[n].points.count(); ++i)
+        for (std::size_t k = 0; k < range.count; ++k) {
+          std::uint16_t intensity;
+          std::memcpy(&intensity, nodes[n].points.attributes[0].data() + 2 * i, 2);
+          if (used[k] || input[range.first + k].position != nodes[n].points.position[i] || input[range.first + k].intensity != intensity) continue;
+          used[k] = true;
+          stands_for[n][i].push_back(range.first + k);
+          break;
+        }
+    }
+    if (n == 0) continue;
+    auto& parent = stands_for[value_of(tree.parent(id))];
+    for (std::size_t i = 0; i < nodes[n].points.count(); ++i) {
+      auto& members = parent.at(nodes[n].points.representative[i]);
+      members.insert(members.end(), stands_for[n][i].begin(), stands_for[n][i].end());
+    }
+  }
+  return stands_for;
+}
+
+std::int64_t rounded_mean(Int128 sum, std::int64_t count) {
+  // floor(sum / count + 1/2) by exact integers.
+  Int128 q = (2 * sum + count) / (2 * count);
+  if ((2 * sum + count) % (2 * count) < 0) --q;
+  return static_cast<std::int64_t>(q);
+}
+
+TEST_F(ClusterTest, RepresentativesAreExactMeansOverInputPointsOnEveryLevel) {
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const auto input = random_cloud(300 + 37 * seed, seed % 3 == 0 ? 12 : 1 << 20, seed);
+    const DatasetHeader header = header_for(input.size(), 2 + seed % 3, 40);
+    const Tree tree = header.tree();
+    const auto nodes = run(input, header, "cluster");
+    ASSERT_EQ(nodes.size(), tree.node_count());
+    const auto stands_for = follow(nodes, tree, input);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      if (tree.is_leaf(NodeId{n})) continue;
+      const ClusteredNode& node = nodes[n];
+      ASSERT_EQ(node.points.count(), tree.node_points());
+      Int128 total = 0;
+      double squared = 0, farthest = 0;
+      for (std::size_t i = 0; i < node.points.count(); ++i) {
+        const auto& members = stands_for[n][i];
+        ASSERT_EQ(node.points.weight[i], members.size());
+        total += static_cast<Int128>(members.size());
+        Int128 sum[3] = {}, intensity = 0;
+        for (const std::size_t m : members) {
+          for (int axis = 0; axis < 3; ++axis) sum[axis] += input[m].position[axis];
+          intensity += input[m].intensity;
+        }
+        for (int axis = 0; axis < 3; ++axis)
+          ASSERT_EQ(node.points.position[i][axis], rounded_mean(sum[axis], static_cast<std::int64_t>(members.size())));
+        ASSERT_EQ(formats::load_scalar(node.points.attributes[0].data() + 2 * i, ScalarType::kU16),
+                  static_cast<double>(rounded_mean(intensity, static_cast<std::int64_t>(members.size()))));
+        for (const std::size_t m : members) {
+          const double d2 = squared_distance(header.grid, input[m].position, node.points.position[i]);
+          squared += d2;
+          farthest = std::max(farthest, std::sqrt(d2));
+        }
+      }
+      EXPECT_TRUE(total == static_cast<Int128>(node.weight));
+      EXPECT_NEAR(node.squared_error, squared, 1e-9 * squared);
+      EXPECT_GE(node.bound, farthest);
+    }
+  }
+}
+
+TEST_F(ClusterTest, EveryReducerGivesUniformNodesAndConservesWeight) {
+  const auto input = random_cloud(5000, 1 << 16, 3);
+  for (const char* reducer : {"cluster", "first", "random"}) {
+    const DatasetHeader header = header_for(input.size(), 4, 300);
+    const Tree tree = header.tree();
+    const auto nodes = run(input, header, reducer);
+    std::vector<std::uint64_t> weight_on(tree.leaf_level() + 1);
+    for (const ClusteredNode& node : nodes) {
+      EXPECT_EQ(node.points.count(), tree.stored_points(node.id)) << reducer;
+      std::uint64_t sum = node.points.weight.empty() ? node.points.count() : 0;
+      for (const std::uint64_t w : node.points.weight) sum += w;
+      EXPECT_EQ(sum, node.weight);
+      weight_on[tree.level_of(node.id)] += sum;
+    }
+    for (const std::uint64_t weight : weight_on) EXPECT_EQ(weight, input.size());
+  }
+}
+
+TEST_F(ClusterTest, SampledRepresentativesAreInputPoints) {
+  const auto input = random_cloud(2000, 1 << 16, 8);
+  const auto nodes = run(input, header_for(input.size(), 4, 200), "random");
+  for (std::size_t i = 0; i < nodes[0].points.count(); ++i) {
+    const bool found = std::any_of(input.begin(), input.end(), [&](const InputPoint& p) {
+      return p.position == nodes[0].points.position[i] &&
+             p.intensity == formats::load_scalar(nodes[0].points.attributes[0].data() + 2 * i, ScalarType::kU16);
+    });
+    ASSERT_TRUE(found);
+  }
+}
+
+TEST_F(ClusterTest, SpheresOfRepresentativesReachOverWhatTheyStandFor) {
+  const auto input = random_cloud(4000, 4000, 5);
+  const DatasetHeader header = header_for(input.size(), 3, 250);
+  const auto nodes = run(input, header, "cluster");
+  const Tree tree = header.tree();
+  for (std::size_t n = 1; n < nodes.size(); ++n) {
+    const ClusteredNode& parent = nodes[value_of(tree.parent(NodeId{n}))];
+    for (std::size_t i = 0; i < nodes[n].points.count(); ++i) {
+      const std::uint32_t r = nodes[n].points.representative[i];
+      const double distance = std::sqrt(squared_distance(header.grid, nodes[n].points.position[i], parent.points.position[r]));
+      ASSERT_GE(parent.reach[r], distance + nodes[n].points.radius[i]);
+    }
+  }
+}
+
+TEST_F(ClusterTest, BlocksHoldTheRepresentativesOfTheirChild) {
+  const auto input = random_cloud(3000, 1 << 20, 6);
+  const DatasetHeader header = header_for(input.size(), 5, 200);
+  const Tree tree = header.tree();
+  const auto nodes = run(input, header, "cluster");
+  for (std::size_t n = 1; n < nodes.size(); ++n) {
+    const ClusteredNode& parent = nodes[value_of(tree.parent(NodeId{n}))];
+    const std::size_t block = (n - 1) % 5;
+    std::vector<bool> used(parent.points.count());
+    for (const std::uint32_t r : nodes[n].points.representative) {
+      ASSERT_GE(r, parent.block_start[block]);
+      ASSERT_LT(r, parent.block_start[block + 1]);
+      used[r] = true;
+    }
+    for (std::uint32_t r = parent.block_start[block]; r < parent.block_start[block + 1]; ++r) ASSERT_TRUE(used[r]);
+    if (tree.is_leaf(NodeId{n})) {
+      ASSERT_TRUE(std::is_sorted(nodes[n].points.representative.begin(), nodes[n].points.representative.end()));
+    }
+  }
+}
+
+TEST_F(ClusterTest, IdenticalPointsShareTheirWeightEvenly) {
+  std::vector<InputPoint> input(4096, InputPoint{{3, 4, 5}, 9, 1, {0, 0, 1}});
+  const auto nodes = run(input, header_for(input.size(), 4, 256), "cluster");
+  for (const ClusteredNode& node : nodes) {
+    if (node.points.weight.empty()) continue;
+    const auto [low, high] = std::minmax_element(node.points.weight.begin(), node.points.weight.end());
+    EXPECT_LE(*high, 2 * *low);
+    EXPECT_EQ(node.squared_error, 0);
+    EXPECT_EQ(node.bound, 0);
+  }
+}
+
+TEST_F(ClusterTest, GivenGridOfEveryFinenessReachesTheQuota) {
+  const auto input = random_cloud(2000, 1 << 20, 12);
+  for (const std::uint32_t cells : {1U, 2U, 3U, 35U, 1000U, 65535U, 65536U}) {
+    const DatasetHeader header = header_for(input.size(), 8, 100);
+    const auto nodes = run(input, header, "cluster", {.grid = cells, .theta = {}});
+    EXPECT_EQ(nodes[0].points.count(), header.tree().node_points()) << cells;
+    EXPECT_LE(nodes[0].grid, cells);
+  }
+}
+
+TEST_F(ClusterTest, CancellingNormalsGiveTheHeaviestMembers) {
+  std::vector<InputPoint> input;
+  for (int i = 0; i < 64; ++i)
+    input.push_back({{i / 2, 0, 0}, 0, 0, {0, 0, i % 2 == 0 ? 1.0F : -1.0F}});
+  const auto nodes = run(input, header_for(input.size(), 2, 16), "cluster", {.grid = {}, .theta = {180, 1.5F}});
+  for (std::size_t i = 0; i < nodes[0].points.count(); ++i) {
+    float n[3];
+    std::memcpy(n, nodes[0].points.attributes[2].data() + 12 * i, 12);
+    EXPECT_FLOAT_EQ(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1);
+  }
+}
+
+TEST_F(ClusterTest, SameNodesFromOneAndManyThreads) {
+  const auto input = random_cloud(30000, 1 << 20, 4);
+  const DatasetHeader header = header_for(input.size(), 4, 500);
+  std::vector<ClusteredNode> one, many;
+  run_in_arena(1, [&] { one = run(input, header, "cluster"); });
+  run_in_arena(7, [&] { many = run(input, header, "cluster"); });
+  ASSERT_EQ(one.size(), many.size());
+  for (std::size_t n = 0; n < one.size(); ++n) {
+    EXPECT_EQ(one[n].points.position, many[n].points.position);
+    EXPECT_EQ(one[n].points.representative, many[n].points.representative);
+    EXPECT_EQ(one[n].points.attributes, many[n].points.attributes);
+    EXPECT_EQ(one[n].points.radius, many[n].points.radius);
+    EXPECT_EQ(one[n].bound, many[n].bound);
+    EXPECT_EQ(one[n].digest, many[n].digest);
+  }
+}
+
+}  // namespace
+}  // namespace cairn::stages
