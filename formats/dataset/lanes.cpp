@@ -43,6 +43,32 @@ void scatter(const U* block, std::uint32_t components, std::size_t n, std::byte*
       store_le<U>(points + (i * components + c) * sizeof(U), block[c * kLaneBlock + i]);
 }
 
+/// Differences become values, lane by lane. The three lanes of positions, colours and normals go together:
+/// each sum waits for the one before, so three of them side by side take the time of one.
+template <typename U>
+void accumulate(U* block, std::size_t n, std::span<U> previous) {
+  if (previous.size() == 3) {
+    U a = previous[0];
+    U b = previous[1];
+    U c = previous[2];
+    for (std::size_t i = 0; i < n; ++i) {
+      block[i] = a = static_cast<U>(a + block[i]);
+      block[kLaneBlock + i] = b = static_cast<U>(b + block[kLaneBlock + i]);
+      block[2 * kLaneBlock + i] = c = static_cast<U>(c + block[2 * kLaneBlock + i]);
+    }
+    previous[0] = a;
+    previous[1] = b;
+    previous[2] = c;
+    return;
+  }
+  for (std::size_t l = 0; l < previous.size(); ++l) {
+    U sum = previous[l];
+    for (std::size_t i = 0; i < n; ++i)
+      block[l * kLaneBlock + i] = sum = static_cast<U>(sum + block[l * kLaneBlock + i]);
+    previous[l] = sum;
+  }
+}
+
 template <typename U>
 void to_cube_digits(U* block, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
@@ -126,13 +152,10 @@ LaneJoiner<U>::LaneJoiner(const ColumnShape& shape, const LanePlan& plan)
 
 template <std::unsigned_integral U>
 void LaneJoiner<U>::join(std::span<U> block, std::size_t n, std::byte* points) {
-  for (std::size_t l = 0; l < lanes_ && !plan_.has(LanePlan::kAbsolute); ++l) {
-    U* lane = block.data() + l * kLaneBlock;
+  if (!plan_.has(LanePlan::kAbsolute)) {
     if (!plan_.has(LanePlan::kMonotone))
-      for (std::size_t i = 0; i < n; ++i) lane[i] = unzigzag(lane[i]);
-    U sum = previous_[l];
-    for (std::size_t i = 0; i < n; ++i) lane[i] = sum = static_cast<U>(sum + lane[i]);
-    previous_[l] = sum;
+      for (U& value : block) value = unzigzag(value);
+    accumulate(block.data(), n, std::span<U>(previous_));
   }
   if (plan_.has(LanePlan::kCubeDigits)) from_cube_digits(block.data(), n);
   if (plan_.has(LanePlan::kGreenDifference)) {

@@ -19,6 +19,9 @@ constexpr unsigned kQuotientBits = 10;
 /// Reading a value of any width loads 8 bytes, and a 9th, from where it starts.
 constexpr std::size_t kSlack = 9;
 
+/// The widest remainders of which four, behind up to 7 bits of the one before, fit into a 64-bit word.
+constexpr unsigned kFourToAWord = 14;
+
 constexpr std::size_t bytes_for(std::size_t bits) { return (bits + 7) / 8; }
 
 /// How a block is coded: the cheapest of all ways, the widest remainders on a tie.
@@ -88,14 +91,23 @@ template <typename U>
 void read_remainders(const std::byte* in, unsigned width, std::span<U> values) {
   const std::uint64_t mask = ~std::uint64_t{0} >> (64 - width);
   std::size_t bit = 0;
-  for (U& value : values) {
+  std::size_t i = 0;
+  if (width <= kFourToAWord) {
+    for (; i + 4 <= values.size(); i += 4, bit += 4 * width) {
+      const std::uint64_t word = load_le<std::uint64_t>(in + bit / 8) >> (bit % 8);
+      values[i] = static_cast<U>(word & mask);
+      values[i + 1] = static_cast<U>((word >> width) & mask);
+      values[i + 2] = static_cast<U>((word >> 2 * width) & mask);
+      values[i + 3] = static_cast<U>((word >> 3 * width) & mask);
+    }
+  }
+  for (; i < values.size(); ++i, bit += width) {
     const unsigned shift = bit % 8;
     std::uint64_t word = load_le<std::uint64_t>(in + bit / 8) >> shift;
     if constexpr (sizeof(U) == 8) {  // only these can reach beyond the 8 bytes loaded
       if (shift + width > 64) word |= std::to_integer<std::uint64_t>(in[bit / 8 + 8]) << (64 - shift);
     }
-    value = static_cast<U>(word & mask);
-    bit += width;
+    values[i] = static_cast<U>(word & mask);
   }
 }
 
