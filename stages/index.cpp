@@ -90,8 +90,10 @@ std::vector<std::uint64_t> storage_order(const formats::Tree& tree,
 IndexReport write_dataset(const Context& context, const formats::DatasetHeader& header,
                           std::vector<PackedNode> nodes, const formats::OutputFile& spill,
                           const formats::MetadataExtras& extras, DatasetFiles files) {
-  const formats::Tree tree = header.tree();
-  const std::vector<std::uint64_t> order = storage_order(tree, nodes);
+  const std::vector<std::uint64_t> order = storage_order(header.tree(), nodes);
+  std::uint64_t stored = 0;
+  for (const PackedNode& node : nodes) stored += node.record.point_count;
+  if (context.progress != nullptr) context.progress->begin("index", stored);
   formats::DatasetIndex index;
   index.head.dataset = header;
   index.head.nodes_size_bytes = copy_nodes(context, order, spill, nodes, files.nodes);
@@ -104,6 +106,7 @@ IndexReport write_dataset(const Context& context, const formats::DatasetHeader& 
   files.metadata.append(std::as_bytes(std::span(metadata)));
   files.index.append(bytes);
   for (formats::OutputFile* file : {&files.nodes, &files.metadata, &files.index}) file->sync();
+  if (context.progress != nullptr) context.progress->end();
   return {.nodes = index.nodes.size(),
           .nodes_size_bytes = index.head.nodes_size_bytes,
           .index_size_bytes = bytes.size(),

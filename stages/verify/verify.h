@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
@@ -48,7 +49,9 @@ struct VerifyReport {
   std::uint64_t digested_leaves = 0;  ///< leaves whose digest was computed anew from their points
 
   bool held() const;
-  const InvariantReport& operator[](Invariant i) const { return invariants[static_cast<std::size_t>(i)]; }
+  const InvariantReport& operator[](Invariant i) const {
+    return invariants[static_cast<std::size_t>(i)];
+  }
 };
 
 /// Takes canonical records of input points, `stride` bytes each: grid position, then the attributes of

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 #include <numbers>
+#include <stdexcept>
 
 #include "formats/bytes.h"
 #include "formats/dataset/digest.h"
@@ -187,7 +188,7 @@ DatasetHeader tiny_header() {
   return header;
 }
 
-TinyTree make_tiny_tree(DatasetHeader header, std::int32_t spread) {
+TinyTree make_tiny_tree(DatasetHeader header, std::int32_t spread, std::uint64_t withheld) {
   const Tree t = header.tree();
   TinyTree tree;
   tree.header = header;
@@ -208,7 +209,7 @@ TinyTree make_tiny_tree(DatasetHeader header, std::int32_t spread) {
       parent.node.points.attributes.resize(header.schema.size());
       for (std::uint64_t c = 0; c < header.fanout; ++c) {
         const NodeId child{value_of(t.first_child(id)) + c};
-        add_child(header, t.quota(child), built[value_of(child)], parent);
+        add_child(header, t.quota(child) - (c == 0 ? withheld : 0), built[value_of(child)], parent);
       }
       measure(header, tree, t.input_range(level, i).first, parent);
       decode(header, false, parent);
@@ -241,6 +242,15 @@ void write_tiny_dataset(const std::filesystem::path& directory, const TinyTree& 
   stages::write_dataset(plain_context(), tree.header, packer.finish(), spill, extras,
                         {nodes, index, metadata});
   std::filesystem::remove(directory / "spill");
+}
+
+void edit_index(const std::filesystem::path& directory,
+                const std::function<void(DatasetIndex&)>& change) {
+  const std::filesystem::path path = directory / dataset_file::kIndex;
+  DatasetIndex index;
+  if (const auto error = parse_index(read_file(path), index)) throw std::runtime_error(error->what);
+  change(index);
+  write_file(path, write_index(index));
 }
 
 std::vector<std::byte> read_file(const std::filesystem::path& path) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
@@ -25,8 +26,10 @@ struct TinyTree {
 /// A header with normals, colours, classification and GPS times: 43 points, fan-out 2, 3 levels.
 formats::DatasetHeader tiny_header();
 
-/// Builds the tree of header.points points that wind along a helix of `spread` grid steps.
-TinyTree make_tiny_tree(formats::DatasetHeader header, std::int32_t spread = 40'000);
+/// Builds the tree of header.points points that wind along a helix of `spread` grid steps. The first
+/// child of every node hands on `withheld` representatives fewer than it should.
+TinyTree make_tiny_tree(formats::DatasetHeader header, std::int32_t spread = 40'000,
+                        std::uint64_t withheld = 0);
 
 /// A stages' context without threads, progress or arrays.
 stages::Context plain_context();
@@ -35,6 +38,10 @@ stages::Context plain_context();
 void write_tiny_dataset(const std::filesystem::path& directory, const TinyTree& tree,
                         const std::vector<std::size_t>& order = {},
                         formats::Codec codec = formats::Codec::kLzo);
+
+/// Changes the index of a written dataset; all checksums are right again afterwards.
+void edit_index(const std::filesystem::path& directory,
+                const std::function<void(formats::DatasetIndex&)>& change);
 
 std::vector<std::byte> read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);

@@ -1,0 +1,142 @@
+#include "stages/verify/subtree_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/dataset/node_frame.h"
+#include "stages/parallel.h"
+#include "stages/verify/node_checks.h"
+
+namespace cairn::stages {
+namespace {
+
+using formats::DatasetReader;
+using formats::Level;
+using formats::NodeData;
+using formats::NodeId;
+using formats::NodeRecord;
+
+/// For what is summed in doubles over many points, and for bounds that were rounded.
+constexpr double kSlack = 1e-9;
+
+double displacement_of(const DatasetReader& dataset, NodeId id) {
+  const bool leaf = dataset.tree().is_leaf(id);
+  return formats::NodeFrame::of(dataset.header(), leaf, dataset.record(id))
+      .displacement_bound(dataset.header().grid);
+}
+
+class Walk {
+ public:
+  Walk(const Context& context, const DatasetReader& dataset, Level top_level)
+      : context_(context),
+        dataset_(dataset),
+        top_level_(top_level),
+        path_(dataset.tree().leaf_level() + 1) {}
+
+  /// Goes down from the root to `top`, then through all below it.
+  SubtreeResult run(NodeId top) {
+    std::vector<NodeId> down{top};
+    while (formats::value_of(down.back()) != 0) down.push_back(dataset_.tree().parent(down.back()));
+    std::ranges::reverse(down);
+    const std::uint64_t index = dataset_.tree().index_on_level(top);
+    for (Level level = 0; level < top_level_; ++level) {
+      // The subtree with the first leaves of a common ancestor checks the ancestor too.
+      const bool first = index % dataset_.tree().nodes_on(top_level_ - level) == 0;
+      enter(level, down[level], first);
+    }
+    visit(top_level_, top);
+    for (Level level = 0; level < top_level_; ++level) result_.above.push_back(path_[level].sum);
+    return std::move(result_);
+  }
+
+ private:
+  /// A decoded node of the path.
+  struct Step {
+    NodeId id{};
+    NodeData points;
+    /// stands_for[k][i]: the point of the path's node on level k that stands for point i of this node.
+    std::vector<std::vector<std::uint32_t>> stands_for;
+    ErrorSum sum;
+  };
+
+  void enter(Level level, NodeId id, bool check) {
+    throw_if_stopped(context_);
+    Step& step = path_[level];
+    step.id = id;
+    step.sum = {};
+    step.points = dataset_.read_node(id, formats::all_sections());
+    step.stands_for.assign(level, {});
+    if (level > 0) step.stands_for[level - 1] = step.points.representative;
+    for (Level k = 0; k + 1 < level; ++k)
+      for (const std::uint32_t r : step.points.representative)
+        step.stands_for[k].push_back(path_[level - 1].stands_for[k][r]);
+    if (!check) return;
+    result_.digested_leaves += check_node(dataset_, id, step.points, result_.findings);
+    if (level > 0)
+      check_against_parent(dataset_, id, step.points, path_[level - 1].points, result_.findings);
+    result_.points += step.points.count();
+    if (context_.progress != nullptr) context_.progress->advance(step.points.count());
+  }
+
+  void visit(Level level, NodeId id) {
+    enter(level, id, true);
+    if (level == dataset_.tree().leaf_level()) {
+      ++result_.leaves;
+      const double moved = displacement_of(dataset_, id);
+      for (Level k = 0; k < level; ++k) measure(level, k, moved);
+      return;
+    }
+    const std::uint64_t first = formats::value_of(dataset_.tree().first_child(id));
+    for (std::uint64_t i = 0; i < dataset_.tree().fanout(); ++i)
+      visit(level + 1, NodeId{first + i});
+    check_rms(dataset_, id, path_[level].sum, result_.findings);
+  }
+
+  /// Compares the points of the leaf at the end of the path with those that stand for them on level k.
+  void measure(Level leaf_level, Level k, double moved) {
+    const Step& leaf = path_[leaf_level];
+    Step& above = path_[k];
+    double largest = 0;
+    ErrorSum sum{.largest_leaf_moved = moved};
+    for (std::size_t i = 0; i < leaf.points.count(); ++i) {
+      const formats::GridPoint& representative = above.points.position[leaf.stands_for[k][i]];
+      const double d2 = formats::squared_distance(dataset_.header().grid, leaf.points.position[i],
+                                                  representative);
+      largest = std::max(largest, d2);
+      sum.squares += d2;
+    }
+    above.sum.add(sum);
+    const double found = std::sqrt(largest), expected = dataset_.record(above.id).bound + moved;
+    result_.findings.check(Invariant::kError, found <= expected * (1 + kSlack), above.id,
+                           "distance of a leaf point from its representative against the bound",
+                           found, expected, leaf.points.count());
+  }
+
+  const Context& context_;
+  const DatasetReader& dataset_;
+  const Level top_level_;
+  std::vector<Step> path_;
+  SubtreeResult result_;
+};
+
+}  // namespace
+
+void ErrorSum::add(const ErrorSum& other) {
+  squares += other.squares;
+  largest_leaf_moved = std::max(largest_leaf_moved, other.largest_leaf_moved);
+}
+
+void check_rms(const DatasetReader& dataset, NodeId node, const ErrorSum& sum, Findings& findings) {
+  const NodeRecord& record = dataset.record(node);
+  const double measured = std::sqrt(sum.squares / static_cast<double>(record.weight));
+  const double slack =
+      (sum.largest_leaf_moved + displacement_of(dataset, node)) * (1 + kSlack) + kSlack * measured;
+  findings.check(Invariant::kError, std::abs(measured - record.rms) <= slack, node,
+                 "RMS error measured against recorded", measured, record.rms);
+}
+
+SubtreeResult walk_subtree(const Context& context, const DatasetReader& dataset, NodeId top) {
+  return Walk(context, dataset, dataset.tree().level_of(top)).run(top);
+}
+
+}  // namespace cairn::stages
