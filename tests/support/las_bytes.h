@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,11 @@ void put_at(std::string& bytes, std::size_t at, T value) {
   bytes.replace(at, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Reads a number back.
+/// Reads a number back. Throws if the bytes end before it does.
 template <typename T>
 T get_at(const std::string& bytes, std::size_t at) {
-  T value;
+  if (at > bytes.size() || sizeof(T) > bytes.size() - at) throw std::out_of_range("get_at");
+  T value{};
   bytes.copy(reinterpret_cast<char*>(&value), sizeof value, at);
   return value;
 }
