@@ -64,6 +64,7 @@ class ScanReader {
 
 /// Opens a scan by its content and suffix. Throws Error: kInput for what cannot be read, naming file,
 /// offset, found and expected; kSystem if the file cannot be opened.
-std::unique_ptr<ScanReader> open_scan(const std::filesystem::path& path, const ScanOptions& options);
+std::unique_ptr<ScanReader> open_scan(const std::filesystem::path& path,
+                                      const ScanOptions& options);
 
 }  // namespace cairn::formats
