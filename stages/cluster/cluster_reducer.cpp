@@ -90,22 +90,25 @@ void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
   }
   if (possible == 0) return;
   const std::uint64_t allowed = std::min<std::uint64_t>(possible, clusters_.size() - quota);
-  // Of the possible merges, in curve order, the allowed ones are spread evenly.
-  std::uint64_t seen = 0;
-  std::uint32_t winner = 0;
-  for (std::uint32_t i = 1; i < clusters_.size(); ++i) {
-    if (group_of[i] == i) {
-      winner = i;
-      continue;
+  std::uint64_t before = 0;  // possible merges in the groups so far
+  for (std::uint32_t first = 0; first < clusters_.size();) {
+    std::uint32_t last = first + 1;
+    while (last < clusters_.size() && group_of[last] == first) ++last;
+    const std::uint64_t size = last - first, after = before + size - 1;
+    // A group's share of the allowed merges leaves it `kept` clusters of equal parts.
+    const std::uint64_t kept = size - (after * allowed / possible - before * allowed / possible);
+    std::uint32_t winner = first;
+    for (std::uint64_t k = 1; k < size; ++k) {
+      const auto i = static_cast<std::uint32_t>(first + k);
+      if (k * kept / size != (k - 1) * kept / size) {
+        winner = i;
+        continue;
+      }
+      parent_[i] = winner;
+      clusters_[winner].weight += clusters_[i].weight;
     }
-    const bool merge = (seen + 1) * allowed / possible != seen * allowed / possible;
-    ++seen;
-    if (!merge) {
-      winner = i;
-      continue;
-    }
-    parent_[i] = winner;
-    clusters_[winner].weight += clusters_[i].weight;
+    before = after;
+    first = last;
   }
   drop_merged();
 }

@@ -113,7 +113,8 @@ double float_resolution(const ImportedPoints& points, std::size_t scan, Position
 
 ScanExtent extent_of(const ImportedPoints& points, std::size_t scan, const ScanInfo& info, const ScanBox& box) {
   ScanExtent extent{&info, box, std::numeric_limits<double>::infinity()};
-  if (box.empty()) return extent;
+  // Where all points are one there is no detail to lose.
+  if (box.empty() || box.min == box.max) return extent;
   extent.resolution = info.encoding == PositionEncoding::kSteps
                           ? *std::min_element(info.scale.begin(), info.scale.end())
                           : float_resolution(points, scan, info.encoding);

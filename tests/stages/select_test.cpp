@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <random>
 
-#include "tests/support/temp_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace cairn::stages {
 namespace {
@@ -15,7 +15,7 @@ using formats::ExternalArray;
 using formats::GridPoint;
 
 TEST(SelectRanks, EqualsSortingForEverySpanAndManyTies) {
-  const test::TempFolder folder;
+  const test::TemporaryFolder folder;
   std::mt19937_64 random(11);
   for (const std::uint64_t span : {0ULL, 1ULL, 3ULL, 1000ULL, 65535ULL, 65536ULL, (1ULL << 24), (1ULL << 30), (1ULL << 32) - 1}) {
     const std::size_t count = 5000;

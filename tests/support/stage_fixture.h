@@ -9,7 +9,7 @@
 
 #include "formats/scans/scan_reader.h"
 #include "stages/context.h"
-#include "tests/support/temp_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace cairn::test {
 
@@ -31,10 +31,10 @@ class StageFixture : public ::testing::Test {
     };
   }
   stages::Context& context() { return context_; }
-  const TempFolder& folder() const { return folder_; }
+  const TemporaryFolder& folder() const { return folder_; }
 
  private:
-  TempFolder folder_;
+  TemporaryFolder folder_;
   SilentProgress progress_;
   stages::Context context_;
   int next_array_ = 0;
