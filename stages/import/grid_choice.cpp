@@ -120,7 +120,7 @@ Grid power_of_two_grid(const ScanBox& box) {
   constexpr double kSteps = (1 << 30) - 2;  // room for rounding at both ends
   double step = extent > 0 ? power_of_two_at_least(extent / kSteps) : 0;
   // Nothing is gained by steps below what a double can tell at the farthest coordinate.
-  if (farthest > 0) step = std::max(step, std::ldexp(power_of_two_at_least(farthest), -52));
+  if (farthest > 0) step = std::max(step, std::ldexp(power_of_two_at_least(farthest), -53));
   if (step == 0) step = 1;
   Grid grid;
   for (std::size_t axis = 0; axis < 3; ++axis) {
