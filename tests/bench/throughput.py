@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""Throughput of every stage and of the whole build, as medians over several runs.
+
+Usage: tests/bench/throughput.py [--points N] [--runs R] [--threads T] [--program PATH]
+                                 [--generator SOURCE.cpp | --scan FILE] [--keep DIR] -- [flags of `cairn build`]
+
+Makes a synthetic scan once (LAS, point format 2), builds it R times after one run that is not counted, and
+prints for each stage and for the whole the median, the fastest and the slowest run, in seconds and million
+points a second, with the peak memory and the bytes of the dataset. Takes what the program itself
+recorded in run.json, and the wall time of the whole process beside it.
+
+Examples:
+  tests/bench/throughput.py
+  tests/bench/throughput.py --points 20000000 --runs 5 --threads 2
+  tests/bench/throughput.py --scan site.las -- --reducer random
+"""
+
+import argparse
+import json
+import pathlib
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--points", type=int, default=20_000_000)
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/cairn")
+    parser.add_argument("--generator", type=pathlib.Path, default=ROOT.parent / "shared/bench/gen_scan.cpp",
+                        help="C++ source of `gen_scan N PREFIX las`; without it make_scan is used")
+    parser.add_argument("--scan", type=pathlib.Path, help="an input to take instead of a synthetic one")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the scan and the datasets, kept afterwards")
+    parser.add_argument("flags", nargs="*", help="flags for `cairn build`")
+    return parser.parse_args()
+
+
+def make_scan(arguments, folder):
+    """The input: given, kept from an earlier call, or made."""
+    if arguments.scan:
+        return arguments.scan
+    scan = folder / f"bench-{arguments.points}.las"
+    if scan.exists():
+        return scan
+    if arguments.generator.exists():
+        generator = folder / "gen_scan"
+        subprocess.run(["g++", "-O2", "-o", generator, arguments.generator], check=True)
+        subprocess.run([generator, str(arguments.points), scan.with_suffix("").as_posix(), "las"], check=True)
+    else:
+        subprocess.run([arguments.program.parent / "make_scan", "--points", str(arguments.points),
+                        "--shape", "statue", "-o", scan], check=True)
+    return scan
+
+
+def build_once(arguments, scan, output):
+    command = [arguments.program, "build", scan, "-o", output, "--force", "--progress", "none",
+               "--threads", str(arguments.threads), *arguments.flags]
+    start = time.monotonic()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    wall = time.monotonic() - start
+    record = json.loads((output / "run.json").read_text())
+    record["wall_s"] = wall
+    return record
+
+
+def row(name, seconds, points):
+    median = statistics.median(seconds)
+    rate = points / median / 1e6 if median > 0 else float("inf")
+    print(f"{name:<12} {median:9.2f} s {min(seconds):9.2f} {max(seconds):9.2f} {rate:12.2f}")
+
+
+def print_report(arguments, scan, output, records):
+    info = json.loads(subprocess.run([arguments.program, "info", output, "--json"], check=True,
+                                     stdout=subprocess.PIPE, text=True).stdout)
+    points = info["points"]
+    print(f"{points:,} points, {scan.stat().st_size / 1e6:,.0f} MB in, {arguments.threads} threads, "
+          f"{len(records)} runs, {records[0]['machine']['processor']}")
+    print(f"{'stage':<12} {'median':>11} {'fastest':>9} {'slowest':>9} {'M points/s':>12}")
+    for stage in [stage["name"] for stage in records[0]["stages"]]:
+        row(stage, [entry["seconds"] for record in records for entry in record["stages"] if entry["name"] == stage],
+            points)
+    row("whole", [record["wall_s"] for record in records], points)
+    stored = sum(level["points"] for level in info["levels"]) if "levels" in info else None
+    size = info["bytes"]["total"]
+    print(f"peak memory {max(record['peak_memory_bytes'] for record in records) / 2**20:,.0f} MiB; dataset "
+          f"{size / 1e6:,.1f} MB, {size / points:.2f} bytes an input point"
+          + (f", {info['bytes']['nodes'] / stored:.2f} a stored point" if stored else ""))
+
+
+def main():
+    arguments = parse_arguments()
+    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-bench-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        scan = make_scan(arguments, folder)
+        output = folder / "bench.cairn"
+        build_once(arguments, scan, output)
+        records = [build_once(arguments, scan, output) for _ in range(arguments.runs)]
+        print_report(arguments, scan, output, records)
+    finally:
+        if not arguments.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except subprocess.CalledProcessError as error:
+        sys.exit(f"throughput: {error.cmd[0]} ended with exit code {error.returncode}")
