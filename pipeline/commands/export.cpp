@@ -1,0 +1,111 @@
+// `cairn export`: the points of a dataset, given back as a scan.
+#include "stages/export.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdio>
+
+#include "formats/dataset/dataset_reader.h"
+#include "formats/error.h"
+#include "formats/scans/scan_writer.h"
+#include "pipeline/commands/command.h"
+#include "pipeline/human.h"
+#include "pipeline/memory_budget.h"
+#include "pipeline/progress.h"
+#include "pipeline/publish.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr const char* kAbout = "Write a level of a dataset as one scan.";
+constexpr const char* kFooter =
+    "The format follows from the suffix: .las, or .ply (binary little-endian, world coordinates). "
+    "Leaves have all\n"
+    "attributes of the input; other levels those that representatives carry, and their radius and "
+    "weight.\n"
+    "\n"
+    "Examples:\n"
+    "  cairn export site.cairn -o site.las\n"
+    "  cairn export site.cairn -o overview.ply --level 0";
+
+class ExportCommand : public Command {
+ public:
+  explicit ExportCommand(CLI::App& program) : parser_(*program.add_subcommand("export", kAbout)) {
+    parser_.footer(kFooter);
+    parser_.add_option("dataset", dataset_, "the dataset, a folder")
+        ->option_text("NAME.cairn")
+        ->required();
+    parser_.add_option("-o,--output", output_, "the scan to write, .las or .ply")
+        ->option_text("FILE")
+        ->required();
+    parser_.add_option("--level", level_, "a level from 0, the coarsest, or leaves [leaves]")
+        ->option_text("L|leaves");
+    parser_.add_flag("--force", force_, "replace an existing file once the new one is complete");
+    parser_.add_option("--progress", progress_, "auto, bar, plain, json or none [auto]")
+        ->option_text("MODE")
+        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+  }
+
+  CLI::App& parser() override { return parser_; }
+
+  void run(const std::stop_token& stop) override {
+    const std::filesystem::path output = output_;
+    require_free_place(output, force_);
+    if (std::filesystem::is_directory(output)) formats::throw_usage(output_ + " is a folder");
+    const auto dataset = formats::DatasetReader::open(dataset_);
+    const formats::Level level = chosen_level(dataset.tree());
+    const bool las = output.extension() == ".las" || output.extension() == ".LAS";
+    const auto description = stages::describe_export(dataset, level, /*steps=*/las);
+    const auto writer = formats::create_scan_writer(output, description, points_on(dataset, level));
+    const std::uint64_t written = [&] {
+      const auto progress = make_progress(*progress_mode_named(progress_));
+      const stages::Context context{.threads = 1,
+                                    .memory_bytes = memory_budget(0, machine_memory_bytes()),
+                                    .make_array = {},
+                                    .progress = progress.get(),
+                                    .stop = stop};
+      return stages::export_level(context, dataset, level, description, *writer);
+    }();
+    writer->finish();
+    fmt::print("{}: {} of level {}, {}\n", output_, count_of(written, "point"), level,
+               human_bytes(std::filesystem::file_size(output)));
+  }
+
+ private:
+  formats::Level chosen_level(const formats::Tree& tree) const {
+    if (level_ == "leaves") return tree.leaf_level();
+    formats::Level level = 0;
+    const auto [end, error] = std::from_chars(level_.data(), level_.data() + level_.size(), level);
+    if (error == std::errc{} && end == level_.data() + level_.size() && level <= tree.leaf_level())
+      return level;
+    throw formats::Error(formats::ErrorKind::kUsage,
+                         {.what = "--level",
+                          .found = "'" + level_ + "'",
+                          .expected = fmt::format("leaves or 0 to {}", tree.leaf_level())});
+  }
+
+  static std::uint64_t points_on(const formats::DatasetReader& dataset, formats::Level level) {
+    const formats::Tree tree = dataset.tree();
+    std::uint64_t points = 0;
+    for (std::uint64_t i = 0; i < tree.nodes_on(level); ++i)
+      points += dataset.record(tree.id(level, i)).point_count;
+    return points;
+  }
+
+  CLI::App& parser_;
+  std::string dataset_;
+  std::string output_;
+  std::string level_ = "leaves";
+  bool force_ = false;
+  std::string progress_ = "auto";
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_export_command(CLI::App& program) {
+  return std::make_unique<ExportCommand>(program);
+}
+
+}  // namespace cairn::pipeline

@@ -1,0 +1,61 @@
+// `cairn info`: what a dataset holds, for people and for programs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "formats/dataset/dataset_reader.h"
+#include "pipeline/commands/command.h"
+#include "pipeline/dataset_report.h"
+#include "pipeline/run_record.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr const char* kAbout = "Tell what a dataset holds.";
+constexpr const char* kFooter =
+    "Lengths are in the units of the scans. rms and bound tell how far input points lie from the "
+    "points "
+    "that\n"
+    "stand for them on a level: the root of the mean square, and a distance that none exceeds.\n"
+    "\n"
+    "Examples:\n"
+    "  cairn info site.cairn\n"
+    "  cairn info site.cairn --json";
+
+class InfoCommand : public Command {
+ public:
+  explicit InfoCommand(CLI::App& program) : parser_(*program.add_subcommand("info", kAbout)) {
+    parser_.footer(kFooter);
+    parser_.add_option("dataset", dataset_, "the dataset, a folder")
+        ->option_text("NAME.cairn")
+        ->required();
+    parser_.add_flag("--json", json_, "as one JSON object");
+  }
+
+  CLI::App& parser() override { return parser_; }
+
+  void run(const std::stop_token&) override {
+    const auto dataset = formats::DatasetReader::open(dataset_);
+    if (json_) {
+      fmt::print("{}\n", dataset_json(dataset));
+      return;
+    }
+    fmt::print("{}", dataset_text(dataset, dataset_));
+    if (const auto run = read_run_record(dataset_))
+      fmt::print("\n{}", build_text(*run, dataset.header().points));
+  }
+
+ private:
+  CLI::App& parser_;
+  std::string dataset_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_info_command(CLI::App& program) {
+  return std::make_unique<InfoCommand>(program);
+}
+
+}  // namespace cairn::pipeline

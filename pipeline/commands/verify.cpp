@@ -1,0 +1,116 @@
+// `cairn verify`: the promises of a dataset, checked one by one.
+#include "stages/verify/verify.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <mutex>
+#include <thread>
+
+#include "formats/dataset/dataset_reader.h"
+#include "formats/dataset/digest.h"
+#include "formats/error.h"
+#include "formats/scans/scan_reader.h"
+#include "pipeline/commands/command.h"
+#include "pipeline/memory_budget.h"
+#include "pipeline/progress.h"
+#include "pipeline/verify_report.h"
+#include "stages/import/import.h"
+#include "stages/parallel.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr const char* kAbout = "Prove that a dataset holds what it promises.";
+constexpr const char* kFooter =
+    "Checked are conservation of points and weights, uniform node sizes, containment of boxes, "
+    "error bounds\n"
+    "and coverage by splat radii, from the files alone. With --against, also that the dataset "
+    "holds exactly\n"
+    "the points of its scans. Exit code 5 if a promise is broken, 3 if bytes are damaged.\n"
+    "\n"
+    "Examples:\n"
+    "  cairn verify site.cairn\n"
+    "  cairn verify site.cairn --against scan1.las scan2.ply";
+
+class VerifyCommand : public Command {
+ public:
+  explicit VerifyCommand(CLI::App& program) : parser_(*program.add_subcommand("verify", kAbout)) {
+    parser_.footer(kFooter);
+    parser_.add_option("dataset", dataset_, "the dataset, a folder")
+        ->option_text("NAME.cairn")
+        ->required();
+    parser_.add_option("--against", scans_, "the scans that it was built from")
+        ->option_text("SCANS");
+    parser_.add_flag("--allow-truncated", allow_truncated_,
+                     "take the whole records of scans that end early");
+    parser_.add_flag("--json", json_, "report as one JSON object");
+    parser_.add_option("--threads", threads_, "workers [one a processor]")
+        ->option_text("COUNT")
+        ->check(CLI::Range(1U, 1024U));
+    parser_.add_option("--progress", progress_, "auto, bar, plain, json or none [auto]")
+        ->option_text("MODE")
+        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+  }
+
+  CLI::App& parser() override { return parser_; }
+
+  void run(const std::stop_token& stop) override {
+    const auto dataset = formats::DatasetReader::open(dataset_);
+    const stages::Scans scans = open_scans();
+    const stages::VerifyReport report = [&] {
+      const auto progress = make_progress(*progress_mode_named(progress_));
+      stages::Context context{.threads = threads_,
+                              .memory_bytes = memory_budget(0, machine_memory_bytes()),
+                              .make_array = {},
+                              .progress = progress.get(),
+                              .stop = stop};
+      return stages::verify_dataset(context, dataset, source_of(scans, dataset.header()));
+    }();
+    fmt::print("{}", json_ ? verify_json(report) : verify_text(report, dataset_));
+    if (!report.held())
+      throw formats::Error(formats::ErrorKind::kInvariant, {.what = broken_promises(report)});
+  }
+
+ private:
+  stages::Scans open_scans() const {
+    stages::Scans scans;
+    for (const std::string& path : scans_)
+      scans.push_back(formats::open_scan(path, {.allow_truncated = allow_truncated_}));
+    return scans;
+  }
+
+  /// The scans' points as the dataset's own records; nothing if no scans are given.
+  std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
+                                                const formats::DatasetHeader& header) const {
+    if (scans.empty()) return std::nullopt;
+    return [this, &scans, &header](const stages::RecordSink& sink) {
+      std::mutex mutex;
+      stages::run_in_arena(threads_, [&] {
+        stages::stream_canonical_records(
+            scans, formats::digest_schema(header), header.grid,
+            [&](std::span<const std::byte> records, std::size_t stride) {
+              const std::lock_guard lock(mutex);
+              sink(records, stride);
+            });
+      });
+    };
+  }
+
+  CLI::App& parser_;
+  std::string dataset_;
+  std::vector<std::string> scans_;
+  bool allow_truncated_ = false;
+  bool json_ = false;
+  unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
+  std::string progress_ = "auto";
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_verify_command(CLI::App& program) {
+  return std::make_unique<VerifyCommand>(program);
+}
+
+}  // namespace cairn::pipeline

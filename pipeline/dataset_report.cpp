@@ -1,0 +1,170 @@
+#include "pipeline/dataset_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/human.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json full_metadata(const formats::DatasetReader& dataset) {
+  Json json = Json::parse(dataset.metadata());
+  const std::uint64_t nodes = dataset.head().nodes_size_bytes;
+  const std::uint64_t index = dataset.index_size_bytes();
+  const std::uint64_t metadata = dataset.head().metadata_size_bytes;
+  Json& bytes = json["bytes"];
+  bytes["nodes"] = nodes;
+  bytes["index"] = index;
+  bytes["metadata"] = metadata;
+  bytes["total"] = nodes + index + metadata;
+  return json;
+}
+
+std::uint64_t number(const Json& json, const char* key) {
+  return json.value(key, std::uint64_t{0});
+}
+
+std::string line(const char* name, const std::string& text) {
+  return fmt::format("  {:<12}{}\n", name, text);
+}
+
+std::string points_line(const Json& json) {
+  const std::size_t scans = json.value("sources", Json::array()).size();
+  std::string text = fmt::format("{} kept of {} read", with_commas(number(json, "points")),
+                                 with_commas(number(json, "read")));
+  if (scans > 0) text += " from " + count_of(scans, "scan");
+  text += fmt::format("; {} dropped, {} missing", with_commas(number(json, "dropped")),
+                      with_commas(number(json, "missing")));
+  return line("points", text);
+}
+
+std::string schema_line(const Json& json) {
+  std::string rows;
+  std::string row = "position";
+  for (const Json& attribute : json.at("schema")) {
+    std::string word =
+        attribute.at("name").get<std::string>() + " " + attribute.at("type").get<std::string>();
+    if (const auto n = attribute.at("components").get<int>(); n > 1)
+      word += fmt::format(" x {}", n);
+    if (row.size() + word.size() > 86) {
+      rows += line(rows.empty() ? "attributes" : "", row + ",");
+      row = word;
+    } else {
+      row += ", " + word;
+    }
+  }
+  return rows + line(rows.empty() ? "attributes" : "", row);
+}
+
+std::string bounds_lines(const Json& json) {
+  const Json& low = json.at("bounds").at("min");
+  const Json& high = json.at("bounds").at("max");
+  const Json& step = json.at("grid").at("step");
+  std::string text;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double least = low[axis].get<double>();
+    const double most = high[axis].get<double>();
+    text +=
+        line(axis == 0 ? "bounds" : "",
+             fmt::format("{}  {:>16} .. {:<16}  {:>10} long, steps of {}", "xyz"[axis],
+                         significant(least, 12), significant(most, 12),
+                         significant(most - least, 6), significant(step[axis].get<double>(), 6)));
+  }
+  return text;
+}
+
+std::string range_text(const Json& range) {
+  const std::uint64_t least = number(range, "min");
+  const std::uint64_t most = number(range, "max");
+  return least == most ? with_commas(most) : with_commas(least) + " to " + with_commas(most);
+}
+
+std::string tree_lines(const Json& json) {
+  const Json& tree = json.at("tree");
+  std::string text = line("tree", fmt::format("fan-out {}, {}, {}", number(tree, "fanout"),
+                                              count_of(number(tree, "levels"), "level"),
+                                              count_of(number(tree, "nodes"), "node")));
+  std::string sizes = range_text(tree.at("leaf_points")) + " points a leaf";
+  if (tree.at("inner_points").is_object())
+    sizes += ", " + range_text(tree.at("inner_points")) + " an inner node";
+  return text + line("node size", sizes + fmt::format(" (asked for {})",
+                                                      with_commas(number(tree, "target_points"))));
+}
+
+std::string size_line(const Json& json, std::uint64_t stored_points) {
+  const Json& bytes = json.at("bytes");
+  const auto total = static_cast<double>(number(bytes, "total"));
+  return line(
+      "size",
+      fmt::format("{} ({} nodes, {} index), {:.2f} bytes a stored point, {:.2f} a kept one",
+                  human_bytes(number(bytes, "total")), human_bytes(number(bytes, "nodes")),
+                  human_bytes(number(bytes, "index")), total / static_cast<double>(stored_points),
+                  total / static_cast<double>(number(json, "points"))));
+}
+
+std::string settings_line(const Json& json) {
+  std::string text;
+  for (const auto& [key, value] : json.at("parameters").items())
+    text += (text.empty() ? "" : ", ") + key + " " +
+            (value.is_string() ? value.get<std::string>() : value.dump());
+  return line("settings", text);
+}
+
+std::string levels_table(const Json& json) {
+  std::string text = fmt::format("\n  {:>5}  {:>9}  {:>15}  {:>11}  {:>11}  {:>11}  {:>11}\n",
+                                 "level", "nodes", "points", "size", "bytes/point", "rms", "bound");
+  for (const Json& level : json.at("levels")) {
+    const auto points = number(level, "points");
+    text += fmt::format("  {:>5}  {:>9}  {:>15}  {:>11}  {:>11.2f}  {:>11}  {:>11}\n",
+                        number(level, "level"), with_commas(number(level, "nodes")),
+                        with_commas(points), human_bytes(number(level, "bytes")),
+                        static_cast<double>(number(level, "bytes")) / static_cast<double>(points),
+                        significant(level.at("rms").get<double>(), 4),
+                        significant(level.at("bound").get<double>(), 4));
+  }
+  return text;
+}
+
+std::uint64_t stored_points(const Json& json) {
+  std::uint64_t sum = 0;
+  for (const Json& level : json.at("levels")) sum += number(level, "points");
+  return sum;
+}
+
+}  // namespace
+
+std::string dataset_json(const formats::DatasetReader& dataset) {
+  return full_metadata(dataset).dump(2);
+}
+
+std::string dataset_text(const formats::DatasetReader& dataset,
+                         const std::filesystem::path& folder) {
+  const Json json = full_metadata(dataset);
+  return folder.string() + "\n" + points_line(json) + schema_line(json) + bounds_lines(json) +
+         tree_lines(json) + size_line(json, stored_points(json)) + settings_line(json) +
+         levels_table(json);
+}
+
+std::string build_text(const BuildReport& report, std::uint64_t points) {
+  std::string text =
+      fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", "stage", "points", "time", "rate");
+  for (const StageTiming& stage : report.stages)
+    text += fmt::format(
+        "  {:<12}{:>15}  {:>9}  {:>17}\n", stage.name, with_commas(stage.points),
+        human_duration(stage.seconds),
+        stage.seconds > 0 ? human_rate(static_cast<double>(stage.points) / stage.seconds) : "");
+  text += fmt::format(
+      "  {:<12}{:>15}  {:>9}  {:>17}\n", "whole build", with_commas(points),
+      human_duration(report.elapsed_s),
+      report.elapsed_s > 0 ? human_rate(static_cast<double>(points) / report.elapsed_s) : "");
+  return text + fmt::format("  {} of input, {}, peak memory {} of {} allowed\n",
+                            human_bytes(report.input_bytes), count_of(report.threads, "thread"),
+                            human_bytes(report.peak_memory_bytes),
+                            human_bytes(report.memory_limit_bytes));
+}
+
+}  // namespace cairn::pipeline

@@ -1,0 +1,51 @@
+// What all tests of the real program share.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cairn::test {
+
+/// A test with a folder of its own, where `cairn` runs with --progress none for the commands that know it.
+class ProgramTest : public ::testing::Test {
+ protected:
+  Outcome cairn(std::vector<std::string> arguments) {
+    return run_program(CAIRN_PROGRAM, arguments);
+  }
+
+  /// Builds folder/site.cairn from `arguments`: scans and flags.
+  Outcome build(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"build", "--progress", "none", "-o", output()});
+    return cairn(std::move(arguments));
+  }
+
+  std::string output() const { return folder_ / "site.cairn"; }
+
+  nlohmann::json info() {
+    const Outcome outcome = cairn({"info", "--json", output()});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out, nullptr, false);
+  }
+
+  /// The command refused with this code, one line on stderr, nothing on stdout, and left nothing behind.
+  void expect_refusal(const Outcome& outcome, int exit_code) {
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const auto lines = lines_of(outcome.err);
+    ASSERT_EQ(lines.size(), 1U) << outcome.err;
+    EXPECT_THAT(lines.front(), ::testing::StartsWith("cairn: error: "));
+    EXPECT_FALSE(std::filesystem::exists(output()));
+    EXPECT_FALSE(std::filesystem::exists(output() + ".work"));
+  }
+
+  TemporaryFolder folder_;
+};
+
+}  // namespace cairn::test

@@ -1,0 +1,136 @@
+// Damaged and hostile inputs, existing outputs, interruptions: nothing half done is ever left, and nothing
+// that was there is lost.
+#include <csignal>
+
+#include "tests/end_to_end/program_test.h"
+#include "tests/support/shared_data.h"
+#include "tests/support/tiny_scans.h"
+
+namespace cairn::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class Refusal : public ProgramTest {};
+
+TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
+  CAIRN_NEEDS_SHARED_DATA();
+  for (const char* suffix : {".las", ".ply"})
+    for (const fs::path& scan : files_in(CAIRN_SHARED_DATA "/hostile", suffix)) {
+      SCOPED_TRACE(scan.filename().string());
+      const Outcome outcome = build({scan});
+      if (outcome.exit_code == 0) {
+        EXPECT_EQ(cairn({"verify", "--progress", "none", output(), "--against", scan}).exit_code,
+                  0);
+        EXPECT_FALSE(fs::exists(output() + ".work"));
+        fs::remove_all(output());
+      } else {
+        expect_refusal(outcome, 3);
+        EXPECT_THAT(outcome.err, HasSubstr(scan.filename().string()));
+      }
+    }
+}
+
+TEST_F(Refusal, ScansWithoutPointsSaySo) {
+  CAIRN_NEEDS_SHARED_DATA();
+  for (const char* name :
+       {"no-points.las", "no-points-1.3.las", "ply_empty_ascii.ply", "ply_empty_bin.ply"}) {
+    SCOPED_TRACE(name);
+    const Outcome outcome = build({std::string(CAIRN_SHARED_DATA "/hostile/") + name});
+    expect_refusal(outcome, 3);
+    EXPECT_THAT(outcome.err, HasSubstr("point"));
+  }
+}
+
+TEST_F(Refusal, AFileThatEndsEarlyIsRefusedOrCounted) {
+  const std::string scan = write_wavy_las(folder_ / "cut.las", 1000);
+  fs::resize_file(scan, 227 + 20 * 600 + 7);
+  const Outcome outcome = build({scan});
+  expect_refusal(outcome, 3);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("cut.las"), HasSubstr("found"), HasSubstr("expected")));
+
+  ASSERT_EQ(build({scan, "--allow-truncated"}).exit_code, 0);
+  EXPECT_EQ(info().at("points"), 600);
+  EXPECT_EQ(info().at("missing"), 400);
+  EXPECT_EQ(
+      cairn({"verify", "--progress", "none", output(), "--against", scan, "--allow-truncated"})
+          .exit_code,
+      0);
+}
+
+TEST_F(Refusal, AnExistingOutputStandsWithoutForce) {
+  const std::string scan = write_tiny_ply(folder_ / "a.ply");
+  ASSERT_EQ(build({scan}).exit_code, 0);
+  const std::string before = read_text(output() + "/nodes.bin");
+  const Outcome again = build({scan, "--node-points", "9"});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("--force"));
+  EXPECT_EQ(read_text(output() + "/nodes.bin"), before);
+}
+
+TEST_F(Refusal, ForceReplacesOnlyOnceTheNewIsComplete) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  const std::string before = read_text(output() + "/nodes.bin");
+  write_text(folder_ / "bad.ply",
+             "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n");
+  EXPECT_EQ(build({folder_ / "bad.ply", "--force"}).exit_code, 3);
+  EXPECT_EQ(read_text(output() + "/nodes.bin"), before);
+  EXPECT_EQ(build({write_tiny_ply(folder_ / "b.ply", 50), "--force"}).exit_code, 0);
+  EXPECT_EQ(info().at("points"), 50);
+  EXPECT_FALSE(fs::exists(output() + ".work"));
+}
+
+TEST_F(Refusal, ForceDoesNotReplaceOtherFolders) {
+  write_text(output() + "/thesis.txt", "years of work");
+  EXPECT_EQ(build({write_tiny_ply(folder_ / "a.ply"), "--force"}).exit_code, 2);
+  EXPECT_EQ(read_text(output() + "/thesis.txt"), "years of work");
+}
+
+TEST_F(Refusal, AStoppedBuildCleansUpAndSaysSo) {
+  const std::string scan = write_wavy_las(folder_ / "large.las", 2000000);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const Outcome outcome = run_program(
+        CAIRN_PROGRAM, {"build", "--progress", "json", scan, "-o", output()}, signal, "\"begin\"");
+    EXPECT_EQ(outcome.exit_code, 128 + signal) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+    EXPECT_THAT(lines_of(outcome.err).front(), HasSubstr(signal == SIGINT ? "SIGINT" : "SIGTERM"));
+    EXPECT_FALSE(fs::exists(output()));
+    EXPECT_FALSE(fs::exists(output() + ".work"));
+  }
+}
+
+TEST_F(Refusal, AKilledBuildIsStartedAgain) {
+  const std::string scan = write_wavy_las(folder_ / "large.las", 500000);
+  run_program(CAIRN_PROGRAM, {"build", "--progress", "json", scan, "-o", output()}, SIGKILL,
+              "\"begin\"");
+  ASSERT_TRUE(fs::exists(output() + ".work"));
+  const Outcome again = build({scan});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("cairn: note: "));
+  EXPECT_FALSE(fs::exists(output() + ".work"));
+}
+
+TEST_F(Refusal, AFlippedByteIsFoundByVerify) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  std::string bytes = read_text(output() + "/nodes.bin");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 16);
+  write_text(output() + "/nodes.bin", bytes);
+  const Outcome outcome = cairn({"verify", "--progress", "none", output()});
+  EXPECT_EQ(outcome.exit_code, 3);
+  ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+}
+
+TEST_F(Refusal, VerifyAgainstOtherPointsIsABrokenPromise) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply", 100)}).exit_code, 0);
+  const std::string other = write_tiny_ply(folder_ / "b.ply", 99);
+  const Outcome outcome = cairn({"verify", "--progress", "none", output(), "--against", other});
+  EXPECT_EQ(outcome.exit_code, 5);
+  EXPECT_THAT(outcome.out, HasSubstr("BROKEN"));
+  EXPECT_THAT(outcome.err, HasSubstr("cairn: error: "));
+}
+
+}  // namespace
+}  // namespace cairn::test
