@@ -7,7 +7,8 @@ namespace {
 
 std::string compose(const ErrorParts& parts) {
   std::string line = parts.what;
-  if (!parts.path.empty()) line += " in " + parts.path.string();
+  // "cannot open FILE: ..." but "bad magic in FILE: ..."
+  if (!parts.path.empty()) line += (parts.system_errno != 0 ? " " : " in ") + parts.path.string();
   if (parts.offset) line += " at byte " + std::to_string(*parts.offset);
   if (!parts.found.empty()) line += ": found " + parts.found;
   if (!parts.expected.empty()) line += (parts.found.empty() ? ": expected " : ", expected ") + parts.expected;

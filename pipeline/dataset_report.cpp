@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "pipeline/human.h"
 
@@ -42,22 +45,36 @@ std::string points_line(const Json& json) {
   return line("points", text);
 }
 
-std::string schema_line(const Json& json) {
-  std::string rows;
-  std::string row = "position";
-  for (const Json& attribute : json.at("schema")) {
-    std::string word =
-        attribute.at("name").get<std::string>() + " " + attribute.at("type").get<std::string>();
-    if (const auto n = attribute.at("components").get<int>(); n > 1)
-      word += fmt::format(" x {}", n);
-    if (row.size() + word.size() > 86) {
-      rows += line(rows.empty() ? "attributes" : "", row + ",");
-      row = word;
-    } else {
-      row += ", " + word;
+/// Words after a name, broken into aligned lines.
+std::string wrapped_line(const char* name, const std::vector<std::string>& words) {
+  constexpr std::size_t kColumns = 88;
+  std::string lines;
+  std::string row;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string word = words[i] + (i + 1 < words.size() ? "," : "");
+    if (!row.empty() && row.size() + word.size() >= kColumns) {
+      lines += line(lines.empty() ? name : "", row);
+      row.clear();
     }
+    row += (row.empty() ? "" : " ") + word;
   }
-  return rows + line(rows.empty() ? "attributes" : "", row);
+  return lines + line(lines.empty() ? name : "", row);
+}
+
+std::string schema_lines(const Json& json) {
+  std::vector<std::string> words{"position"};
+  for (const Json& attribute : json.at("schema")) {
+    words.push_back(attribute.at("name").get<std::string>() + " " +
+                    attribute.at("type").get<std::string>());
+    if (const auto n = attribute.at("components").get<int>(); n > 1)
+      words.back() += fmt::format(" x {}", n);
+  }
+  return wrapped_line("attributes", words);
+}
+
+/// Digits behind the point that tell a step of the grid apart.
+int decimals_of(double step) {
+  return std::clamp(static_cast<int>(std::ceil(-std::log10(step))), 0, 12);
 }
 
 std::string bounds_lines(const Json& json) {
@@ -66,13 +83,13 @@ std::string bounds_lines(const Json& json) {
   const Json& step = json.at("grid").at("step");
   std::string text;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double least = low[axis].get<double>();
-    const double most = high[axis].get<double>();
+    const auto least = low[axis].get<double>();
+    const auto most = high[axis].get<double>();
+    const auto length = step[axis].get<double>();
     text +=
         line(axis == 0 ? "bounds" : "",
-             fmt::format("{}  {:>16} .. {:<16}  {:>10} long, steps of {}", "xyz"[axis],
-                         significant(least, 12), significant(most, 12),
-                         significant(most - least, 6), significant(step[axis].get<double>(), 6)));
+             fmt::format("{}  {:>17.{}f} to {:>17.{}f}, in steps of {}", "xyz"[axis], least,
+                         decimals_of(length), most, decimals_of(length), significant(length, 6)));
   }
   return text;
 }
@@ -106,12 +123,12 @@ std::string size_line(const Json& json, std::uint64_t stored_points) {
                   total / static_cast<double>(number(json, "points"))));
 }
 
-std::string settings_line(const Json& json) {
-  std::string text;
+std::string settings_lines(const Json& json) {
+  std::vector<std::string> words;
   for (const auto& [key, value] : json.at("parameters").items())
-    text += (text.empty() ? "" : ", ") + key + " " +
-            (value.is_string() ? value.get<std::string>() : value.dump());
-  return line("settings", text);
+    if (!value.is_null() && !value.empty())
+      words.push_back(key + " " + (value.is_string() ? value.get<std::string>() : value.dump()));
+  return wrapped_line("settings", words);
 }
 
 std::string levels_table(const Json& json) {
@@ -144,8 +161,8 @@ std::string dataset_json(const formats::DatasetReader& dataset) {
 std::string dataset_text(const formats::DatasetReader& dataset,
                          const std::filesystem::path& folder) {
   const Json json = full_metadata(dataset);
-  return folder.string() + "\n" + points_line(json) + schema_line(json) + bounds_lines(json) +
-         tree_lines(json) + size_line(json, stored_points(json)) + settings_line(json) +
+  return folder.string() + "\n" + points_line(json) + schema_lines(json) + bounds_lines(json) +
+         tree_lines(json) + size_line(json, stored_points(json)) + settings_lines(json) +
          levels_table(json);
 }
 

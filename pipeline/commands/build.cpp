@@ -63,6 +63,7 @@ class BuildCommand : public Command {
  private:
   CLI::Option* declare(const Setting& setting) {
     std::string help(setting.help);
+    if (setting.kind == SettingKind::kText) help += ": " + std::string(setting.allowed);
     if (!setting.fallback.empty() && setting.kind != SettingKind::kSwitch)
       help += fmt::format(" [{}]", setting.fallback);
     CLI::Option* option = add(setting, help);
@@ -72,7 +73,8 @@ class BuildCommand : public Command {
 
   CLI::Option* add(const Setting& setting, const std::string& help) {
     constexpr int kAny = CLI::detail::expected_max_vector_size;
-    if (setting.key == "scans") return parser_.add_option("scans", help)->expected(0, kAny);
+    if (setting.key == "scans")
+      return parser_.add_option("scans", help)->expected(0, kAny)->allow_extra_args();
     if (setting.key == "output") return parser_.add_option("-o," + setting.flag(), help);
     if (setting.kind == SettingKind::kSwitch)
       return parser_.add_flag(setting.flag(), help)

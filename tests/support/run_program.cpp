@@ -34,6 +34,7 @@ Outcome run_program(const std::string& program, const std::vector<std::string>& 
   const TemporaryFolder folder;
   const std::string out = folder / "out";
   const std::string err = folder / "err";
+  write_text(err, "");  // there before the program is, for whoever waits for a word in it
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot fork");
   if (child == 0) become(program, arguments, out, err);
