@@ -134,6 +134,18 @@ TEST_F(PlyReader, NamesWithAMeaningAreKeptForTheTypesThatHaveIt) {
             (std::vector<std::string>{"classification_2", "color_2", "a_b", "a_b_2"}));
 }
 
+TEST_F(PlyReader, ManyPropertiesThatAreNamedAlikeGetNumbers) {
+  std::string header = "element vertex 1\n" + kXyz, line = "1 2 3";
+  for (int i = 0; i < 1000; ++i) {
+    header += "property uchar a" + std::string(static_cast<std::size_t>(i) + 1, '_') + "\n";
+    line += " " + std::to_string(i % 256);
+  }
+  const auto scan = read(ascii(header, line + "\n"));
+  EXPECT_EQ(scan.value<std::uint8_t>("a", 0), 0);
+  EXPECT_EQ(scan.value<std::uint8_t>("a_2", 0), 1);
+  EXPECT_EQ(scan.value<std::uint8_t>("a_1000", 0), 999 % 256);
+}
+
 TEST_F(PlyReader, PassesOverListsAndOtherElements) {
   const std::string header =
       "comment before\nelement camera 2\nproperty float view\nelement face 2\n"
