@@ -30,7 +30,8 @@ struct IndexReport {
 };
 
 /// The order of the nodes in nodes.bin, as indices into `nodes` (all nodes, in id order).
-std::vector<std::uint64_t> storage_order(const formats::Tree& tree, const std::vector<PackedNode>& nodes);
+std::vector<std::uint64_t> storage_order(const formats::Tree& tree,
+                                         const std::vector<PackedNode>& nodes);
 
 /// Copies the nodes from the spill, verifying their checksums, and writes index and metadata; makes all
 /// three files durable. `nodes` are all nodes in id order. Throws Error: kSystem where the disk refuses,

@@ -41,7 +41,8 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
 
 /// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing;
 /// the tree) with the index. Offsets of errors are known for broken JSON only.
-[[nodiscard]] std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHeader& header);
+[[nodiscard]] std::optional<DecodeError> check_metadata(std::string_view text,
+                                                        const DatasetHeader& header);
 
 /// The coordinate system records that a metadata text carries. Empty if there are none.
 [[nodiscard]] std::optional<DecodeError> read_metadata_crs(std::string_view text,

@@ -69,7 +69,8 @@ class FieldReader {
   template <Scalar T>
   T get_in(const char* what, T low, T high) {
     const T value = get<T>();
-    require(value >= low && value <= high, what, value, std::to_string(low) + " to " + std::to_string(high));
+    require(value >= low && value <= high, what, value,
+            std::to_string(low) + " to " + std::to_string(high));
     return value;
   }
   template <typename Found>
@@ -98,7 +99,8 @@ std::uint64_t first_child_field(const Tree& tree, NodeId id, bool leaf) {
   return leaf ? kNoNode : value_of(tree.first_child(id));
 }
 
-void read_links(FieldReader& in, const DatasetHeader& header, const Tree& tree, NodeId id, bool leaf) {
+void read_links(FieldReader& in, const DatasetHeader& header, const Tree& tree, NodeId id,
+                bool leaf) {
   in.get_equal<std::uint64_t>("wrong node id", value_of(id));
   in.get_equal<std::uint64_t>("wrong parent", parent_field(tree, id));
   in.get_equal<std::uint64_t>("wrong first child", first_child_field(tree, id, leaf));
@@ -112,16 +114,19 @@ void read_points(FieldReader& in, const DatasetHeader& header, const Tree& tree,
   const auto most = static_cast<std::uint32_t>(std::min(header.points, kMaxNodePoints));
   record.point_count = in.get_in<std::uint32_t>("impossible number of points", 1, most);
   if (leaf)
-    in.require(record.point_count == tree.stored_points(record.id), "wrong number of points in a leaf",
-               record.point_count, std::to_string(tree.stored_points(record.id)));
+    in.require(record.point_count == tree.stored_points(record.id),
+               "wrong number of points in a leaf", record.point_count,
+               std::to_string(tree.stored_points(record.id)));
   record.position_bits = in.get<std::uint8_t>();
   const std::uint8_t bits = leaf && header.lossless_leaves ? 32 : header.position_bits;
-  in.require(record.position_bits == bits, "wrong position bits", record.position_bits, std::to_string(bits));
+  in.require(record.position_bits == bits, "wrong position bits", record.position_bits,
+             std::to_string(bits));
   for (int i = 0; i < 3; ++i) in.get_equal<std::uint8_t>("padding is not zero", 0);
   record.position_box = in.get_box("bad position box");
   record.weight = in.get<std::uint64_t>();
-  in.require(record.weight >= record.point_count && record.weight <= header.points, "impossible weight",
-             record.weight, std::to_string(record.point_count) + " to " + std::to_string(header.points));
+  in.require(record.weight >= record.point_count && record.weight <= header.points,
+             "impossible weight", record.weight,
+             std::to_string(record.point_count) + " to " + std::to_string(header.points));
 }
 
 void read_measures(FieldReader& in, NodeRecord& record) {
@@ -139,8 +144,8 @@ void read_measures(FieldReader& in, NodeRecord& record) {
     c = in.get_in<float>("bad normal cone axis", -1, 1);
     length2 += static_cast<double>(c) * c;
   }
-  in.require(length2 == 0 || std::abs(length2 - 1) < 1e-5, "normal cone axis is not a unit vector", length2,
-             "length 0 or 1");
+  in.require(length2 == 0 || std::abs(length2 - 1) < 1e-5, "normal cone axis is not a unit vector",
+             length2, "length 0 or 1");
   record.cone.min_cosine = in.get_in<float>("bad normal cone", -1, 1);
   in.get_equal<std::uint32_t>("padding is not zero", 0);
   record.digest.low = in.get<std::uint64_t>();
@@ -160,8 +165,8 @@ void read_blocks(FieldReader& in, const DatasetHeader& header, bool leaf, NodeRe
   if (in.position() < end) in.get_equal<std::uint32_t>("padding is not zero", 0);
 }
 
-void read_sections(FieldReader& in, const DatasetHeader& header, bool leaf, std::uint64_t nodes_size_bytes,
-                   NodeRecord& record) {
+void read_sections(FieldReader& in, const DatasetHeader& header, bool leaf,
+                   std::uint64_t nodes_size_bytes, NodeRecord& record) {
   record.sections.resize(section_count(header));
   std::uint64_t end = 0;
   for (std::size_t i = 0; i < record.sections.size(); ++i) {
@@ -172,16 +177,18 @@ void read_sections(FieldReader& in, const DatasetHeader& header, bool leaf, std:
     in.require(section.offset == (present ? end : 0), "section out of place", section.offset,
                std::to_string(present ? end : 0));
     section.size_bytes = in.get<std::uint32_t>();
-    in.require((section.size_bytes != 0) == present, present ? "section missing" : "unexpected section",
-               section.size_bytes, present ? "a size" : "0");
-    const bool fits =
-        section.offset <= nodes_size_bytes && section.size_bytes <= nodes_size_bytes - section.offset;
+    in.require((section.size_bytes != 0) == present,
+               present ? "section missing" : "unexpected section", section.size_bytes,
+               present ? "a size" : "0");
+    const bool fits = section.offset <= nodes_size_bytes &&
+                      section.size_bytes <= nodes_size_bytes - section.offset;
     in.require(fits, "section reaches beyond the end of the nodes", section.offset,
                "within " + std::to_string(nodes_size_bytes) + " bytes");
     if (fits && present) end = section.offset + section.size_bytes;
     in.get_equal<std::uint32_t>("padding is not zero", 0);
     section.checksum = in.get<std::uint64_t>();
-    in.require(present || section.checksum == 0, "checksum of an absent section", section.checksum, "0");
+    in.require(present || section.checksum == 0, "checksum of an absent section", section.checksum,
+               "0");
   }
 }
 
@@ -220,7 +227,8 @@ void encode_record(const DatasetHeader& header, const Tree& tree, const NodeReco
   to.zero_to(64);
   to.put(record.position_box);
   to.put(record.weight);
-  for (const float f : {record.radius_min, record.radius_max, record.cover_factor, record.theta}) to.put(f);
+  for (const float f : {record.radius_min, record.radius_max, record.cover_factor, record.theta})
+    to.put(f);
   to.put(record.rms);
   to.put(record.bound);
   to.put(record.grid);
@@ -240,8 +248,8 @@ void encode_record(const DatasetHeader& header, const Tree& tree, const NodeReco
 }
 
 std::optional<DecodeError> decode_record(const DatasetHeader& header, const Tree& tree, NodeId id,
-                                         std::uint64_t nodes_size_bytes, std::span<const std::byte> bytes,
-                                         NodeRecord& record) {
+                                         std::uint64_t nodes_size_bytes,
+                                         std::span<const std::byte> bytes, NodeRecord& record) {
   CAIRN_CHECK(bytes.size() == record_size_bytes(header));
   const bool leaf = tree.is_leaf(id);
   record.id = id;
