@@ -4,7 +4,6 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
@@ -110,7 +109,6 @@ class Build {
   }
 
   BuildReport run() {
-    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, context_.threads);
     stages::run_in_arena(context_.threads, [&] { run_stages(); });
     BuildReport report = make_report();
     write_run_record(workspace_.dataset_folder(), report);

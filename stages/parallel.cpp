@@ -1,12 +1,16 @@
 #include "stages/parallel.h"
 
 #include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 namespace cairn::stages {
 
 void run_in_arena(unsigned workers, const std::function<void()>& work) {
+  // Without it there are no more workers than processors, whatever the arena has room for. Of nested
+  // controls the smallest counts.
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, workers);
   tbb::task_arena arena(static_cast<int>(workers));
   arena.execute(work);
 }

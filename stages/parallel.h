@@ -16,7 +16,8 @@ inline void throw_if_stopped(const Context& context) {
   if (context.stop.stop_requested()) throw Stopped{};
 }
 
-/// Runs `work` with at most `workers` threads for all parallel loops inside it.
+/// Runs `work` with `workers` threads for all parallel loops inside it: no more, and, even where there
+/// are fewer processors, no fewer unless an arena around it is smaller.
 void run_in_arena(unsigned workers, const std::function<void()>& work);
 
 /// Calls piece(0) ... piece(count - 1), in any order and side by side. Rethrows the first error.

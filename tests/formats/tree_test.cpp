@@ -22,6 +22,7 @@ constexpr PaperRow kTableII[] = {
     {6, 4009, 7, 55987}, {6, 24029, 6, 9331}, {3, 85437, 8, 3280}, {7, 77822, 5, 2801}, {8, 364943, 4, 585}};
 constexpr std::uint64_t kStMatthew = 186850683;
 
+
 TEST(Tree, ReproducesTableIIOfThePaper) {
   for (const PaperRow& row : kTableII) {
     const Tree tree(kStMatthew, row.fanout, row.vbo_size);
@@ -116,7 +117,7 @@ TEST(Tree, IdsParentsAndChildrenAgree) {
 }
 
 TEST(Tree, BestFanoutComesClosestToTheTarget) {
-  for (const std::uint64_t n : {1000000ULL, 20000000ULL, 28184526ULL, kStMatthew}) {
+  for (const std::uint64_t n : {std::uint64_t{1000000}, std::uint64_t{20000000}, std::uint64_t{28184526}, kStMatthew}) {
     const auto distance = [&](std::uint32_t fanout) {
       const auto size = static_cast<std::int64_t>(Tree(n, fanout, 65536).node_points());
       return std::llabs(size - 65536);

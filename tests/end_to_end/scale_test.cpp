@@ -1,0 +1,74 @@
+// What may not depend on threads or memory: the bytes of a dataset. And what memory may not exceed.
+#include "tests/end_to_end/program_test.h"
+
+namespace cairn::test {
+namespace {
+
+/// A build's settings that must not show in its result.
+struct Machine {
+  const char* threads;
+  const char* memory;
+};
+
+class ScaleTest : public ProgramTest {
+ protected:
+  std::string make_scan(const std::string& name, const std::string& points, const std::string& shape) {
+    const std::string path = folder_ / name;
+    const Outcome made = run_program(CAIRN_MAKE_SCAN, {"--points", points, "--shape", shape, "-o", path});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    return path;
+  }
+
+  /// The bytes of the dataset's three files, built with these settings.
+  std::string dataset_bytes(const std::vector<std::string>& scans, const std::string& node_points, const Machine& machine) {
+    std::vector<std::string> arguments = scans;
+    arguments.insert(arguments.end(), {"--force", "--node-points", node_points, "--threads", machine.threads, "--memory", machine.memory});
+    const Outcome built = build(arguments);
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    std::string bytes;
+    for (const char* file : {"index.bin", "nodes.bin", "metadata.json"})
+      bytes += read_text(std::filesystem::path(output()) / file);
+    return bytes;
+  }
+
+  nlohmann::json run_record() { return nlohmann::json::parse(read_text(std::filesystem::path(output()) / "run.json")); }
+
+  void expect_same_bytes(const std::vector<std::string>& scans, const std::string& node_points, const std::vector<Machine>& machines) {
+    std::string first;
+    for (const Machine& machine : machines) {
+      const std::string bytes = dataset_bytes(scans, node_points, machine);
+      if (first.empty()) first = bytes;
+      // Compared as a truth: a failure must not print megabytes.
+      EXPECT_TRUE(bytes == first) << machine.threads << " threads, " << machine.memory;
+      const nlohmann::json record = run_record();
+      EXPECT_LE(record["peak_memory_bytes"].get<double>(), 1.1 * record["memory_limit_bytes"].get<double>()) << machine.memory;
+    }
+  }
+};
+
+using Scale = ScaleTest;
+using LongScale = ScaleTest;
+
+TEST_F(Scale, SameBytesFromAnyThreadsAndMemory) {
+  const std::vector<std::string> scans{make_scan("a.las", "700000", "statue"), make_scan("b.ply", "600000", "facade")};
+  expect_same_bytes(scans, "4000", {{"1", "1GiB"}, {"2", "64MiB"}, {"7", "1GiB"}, {"7", "64MiB"}});
+}
+
+TEST_F(LongScale, SameBytesFromTwentyMillionPointsAndPeakWithinTheLimit) {
+  expect_same_bytes({make_scan("a.las", "20000000", "statue")}, "65536",
+                    {{"1", "4GiB"}, {"2", "256MiB"}, {"7", "256MiB"}, {"7", "4GiB"}});
+}
+
+TEST_F(LongScale, TwentyEightMillionPointsAreUniformAndVerified) {
+  const std::string scan = make_scan("a.ply", "28000000", "statue");
+  ASSERT_EQ(build({scan}).exit_code, 0);
+  const nlohmann::json tree = info()["tree"];
+  EXPECT_LE(tree["leaf_points"]["max"].get<int>() - tree["leaf_points"]["min"].get<int>(), 1);
+  EXPECT_EQ(tree["inner_points"]["min"], tree["node_points"]);
+  EXPECT_EQ(tree["inner_points"]["max"], tree["node_points"]);
+  const Outcome verified = cairn({"verify", "--progress", "none", output(), "--against", scan});
+  EXPECT_EQ(verified.exit_code, 0) << verified.out;
+}
+
+}  // namespace
+}  // namespace cairn::test
