@@ -44,7 +44,6 @@ constexpr int kInvariantExit = static_cast<int>(formats::ErrorKind::kInvariant);
 int fail(std::string text, int exit_code) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  std::fflush(stdout);
   const std::string line = "cairn: error: " + text + "\n";
   std::fwrite(line.data(), 1, line.size(), stderr);
   return exit_code;
@@ -80,8 +79,6 @@ int run_command(Command& command) {
   SignalWatch signals;
   try {
     command.run(signals.stop_token());
-    if (std::fflush(stdout) != 0)
-      formats::throw_system("cannot write the results to stdout", {}, errno);
     return 0;
   } catch (...) {
     return signals.caught() != 0 ? report_stop(signals.caught()) : report_failure();
@@ -93,6 +90,8 @@ int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return program.exit(error);
   const auto chosen = program.get_subcommands();
+  if (chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
+    return fail("no command is given: build, info, verify or export; see cairn --help", kUsageExit);
   const std::string command = chosen.empty() ? "" : chosen.front()->get_name() + " ";
   return fail(fmt::format("{}; see cairn {}--help", error.what(), command), kUsageExit);
 }

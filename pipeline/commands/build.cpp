@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "pipeline/commands/command.h"
+#include "pipeline/commands/results.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/settings.h"
 
@@ -56,8 +56,8 @@ class BuildCommand : public Command {
       return build(settings.options, *progress, stop);
     }();
     const auto dataset = formats::DatasetReader::open(settings.options.output);
-    fmt::print("{}\n{}", dataset_text(dataset, settings.options.output),
-               build_text(report, dataset.header().points));
+    print_results(dataset_text(dataset, settings.options.output) + "\n" +
+                  build_text(report, dataset.header().points));
   }
 
  private:

@@ -5,12 +5,12 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
-#include <cstdio>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "formats/scans/scan_writer.h"
 #include "pipeline/commands/command.h"
+#include "pipeline/commands/results.h"
 #include "pipeline/human.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
@@ -69,8 +69,8 @@ class ExportCommand : public Command {
       return stages::export_level(context, dataset, level, description, *writer);
     }();
     writer->finish();
-    fmt::print("{}: {} of level {}, {}\n", output_, count_of(written, "point"), level,
-               human_bytes(std::filesystem::file_size(output)));
+    print_results(fmt::format("{}: {} of level {}, {}\n", output_, count_of(written, "point"),
+                              level, human_bytes(std::filesystem::file_size(output))));
   }
 
  private:

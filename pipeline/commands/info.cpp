@@ -1,11 +1,9 @@
 // `cairn info`: what a dataset holds, for people and for programs.
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
-#include <cstdio>
 
 #include "formats/dataset/dataset_reader.h"
 #include "pipeline/commands/command.h"
+#include "pipeline/commands/results.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/run_record.h"
 
@@ -38,12 +36,12 @@ class InfoCommand : public Command {
   void run(const std::stop_token&) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
     if (json_) {
-      fmt::print("{}\n", dataset_json(dataset));
+      print_results(dataset_json(dataset) + "\n");
       return;
     }
-    fmt::print("{}", dataset_text(dataset, dataset_));
+    print_results(dataset_text(dataset, dataset_));
     if (const auto run = read_run_record(dataset_))
-      fmt::print("\n{}", build_text(*run, dataset.header().points));
+      print_results("\n" + build_text(*run, dataset.header().points));
   }
 
  private:

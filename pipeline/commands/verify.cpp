@@ -1,10 +1,7 @@
 // `cairn verify`: the promises of a dataset, checked one by one.
 #include "stages/verify/verify.h"
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <mutex>
 #include <thread>
 
@@ -13,6 +10,7 @@
 #include "formats/error.h"
 #include "formats/scans/scan_reader.h"
 #include "pipeline/commands/command.h"
+#include "pipeline/commands/results.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
 #include "pipeline/verify_report.h"
@@ -68,7 +66,7 @@ class VerifyCommand : public Command {
                               .stop = stop};
       return stages::verify_dataset(context, dataset, source_of(scans, dataset.header()));
     }();
-    fmt::print("{}", json_ ? verify_json(report) : verify_text(report, dataset_));
+    print_results(json_ ? verify_json(report) : verify_text(report, dataset_));
     if (!report.held())
       throw formats::Error(formats::ErrorKind::kInvariant, {.what = broken_promises(report)});
   }

@@ -85,7 +85,18 @@ TEST_F(Usage, AConfigurationBuildsRelativeToItself) {
 TEST_F(Usage, ResultsThatCannotBeWrittenAreASystemError) {
   ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
   const std::string shell = std::string(CAIRN_PROGRAM) + " info " + output() + " > /dev/full";
-  EXPECT_EQ(run_program("/bin/sh", {"-c", shell}).exit_code, 4);
+  const Outcome outcome = run_program("/bin/sh", {"-c", shell});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_THAT(outcome.err,
+              HasSubstr("cairn: error: cannot write the results to stdout: No space left"));
+}
+
+TEST_F(Usage, AReaderOfResultsMayLeave) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  const std::string shell = "(sleep 0.2; " + std::string(CAIRN_PROGRAM) + " info " + output() +
+                            "; echo $? > " + (folder_ / "code").string() + ") | true";
+  EXPECT_EQ(run_program("/bin/bash", {"-c", shell}).err, "");
+  EXPECT_EQ(read_text(folder_ / "code"), "0\n");
 }
 
 }  // namespace

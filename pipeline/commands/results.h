@@ -1,0 +1,12 @@
+// Where commands print their results.
+#pragma once
+
+#include <string_view>
+
+namespace cairn::pipeline {
+
+/// Writes to stdout at once. A reader that has gone (`cairn info ... | head`) is no error; throws kSystem for
+/// all others.
+void print_results(std::string_view text);
+
+}  // namespace cairn::pipeline
