@@ -15,7 +15,8 @@
 
 namespace cairn::formats {
 
-static_assert(std::endian::native == std::endian::little, "the record arrays are mapped as little-endian");
+static_assert(std::endian::native == std::endian::little,
+              "the record arrays are mapped as little-endian");
 
 template <typename T>
 concept Scalar = std::is_arithmetic_v<T>;
@@ -79,8 +80,12 @@ class ByteWriter {
     bytes_.resize(at + sizeof(T));
     store_le(bytes_.data() + at, value);
   }
-  void write_bytes(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
-  void write_text(std::string_view text) { write_bytes(std::as_bytes(std::span(text.data(), text.size()))); }
+  void write_bytes(std::span<const std::byte> bytes) {
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  void write_text(std::string_view text) {
+    write_bytes(std::as_bytes(std::span(text.data(), text.size())));
+  }
   /// Appends zero bytes until size() == `size_bytes`.
   void pad_to(std::size_t size_bytes) {
     if (bytes_.size() < size_bytes) bytes_.resize(size_bytes);

@@ -11,7 +11,8 @@ std::string compose(const ErrorParts& parts) {
   if (!parts.path.empty()) line += (parts.system_errno != 0 ? " " : " in ") + parts.path.string();
   if (parts.offset) line += " at byte " + std::to_string(*parts.offset);
   if (!parts.found.empty()) line += ": found " + parts.found;
-  if (!parts.expected.empty()) line += (parts.found.empty() ? ": expected " : ", expected ") + parts.expected;
+  if (!parts.expected.empty())
+    line += (parts.found.empty() ? ": expected " : ", expected ") + parts.expected;
   if (parts.system_errno != 0) line += std::string(": ") + std::strerror(parts.system_errno);
   // Names and values may come from outside: the message stays one printable line.
   for (char& c : line)
@@ -29,13 +30,14 @@ void throw_usage(std::string what) { throw Error(ErrorKind::kUsage, {.what = std
 void throw_input(ErrorParts parts) { throw Error(ErrorKind::kInput, std::move(parts)); }
 
 void throw_system(std::string what, const std::filesystem::path& path, int system_errno) {
-  throw Error(ErrorKind::kSystem, {.what = std::move(what), .path = path, .system_errno = system_errno});
+  throw Error(ErrorKind::kSystem,
+              {.what = std::move(what), .path = path, .system_errno = system_errno});
 }
 
 void throw_check(const char* condition, const char* file, int line) {
   const std::string name = std::filesystem::path(file).filename().string();
-  throw Error(ErrorKind::kInvariant,
-              {.what = "internal check failed: " + std::string(condition) + " (" + name + ":" + std::to_string(line) + ")"});
+  throw Error(ErrorKind::kInvariant, {.what = "internal check failed: " + std::string(condition) +
+                                              " (" + name + ":" + std::to_string(line) + ")"});
 }
 
 }  // namespace cairn::formats

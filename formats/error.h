@@ -22,8 +22,8 @@ enum class ErrorKind : int {
 
 /// The parts of an error message. Empty parts are left out of the line.
 struct ErrorParts {
-  std::string what;                     ///< what is wrong, in words of the format
-  std::filesystem::path path = {};      ///< the file concerned
+  std::string what;                          ///< what is wrong, in words of the format
+  std::filesystem::path path = {};           ///< the file concerned
   std::optional<std::uint64_t> offset = {};  ///< byte offset in that file
   std::string found = {};
   std::string expected = {};
@@ -45,11 +45,12 @@ class Error : public std::runtime_error {
 /// Shorthands for the three kinds that lower floors throw.
 [[noreturn]] void throw_usage(std::string what);
 [[noreturn]] void throw_input(ErrorParts parts);
-[[noreturn]] void throw_system(std::string what, const std::filesystem::path& path, int system_errno);
+[[noreturn]] void throw_system(std::string what, const std::filesystem::path& path,
+                               int system_errno);
 
 /// A programmer's error: prints both values' description and throws kInvariant.
-#define CAIRN_CHECK(condition)                                                      \
-  do {                                                                              \
+#define CAIRN_CHECK(condition)                                                       \
+  do {                                                                               \
     if (!(condition)) ::cairn::formats::throw_check(#condition, __FILE__, __LINE__); \
   } while (false)
 [[noreturn]] void throw_check(const char* condition, const char* file, int line);

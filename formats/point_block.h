@@ -21,8 +21,10 @@ inline constexpr std::size_t kBlockPoints = 65536;
 
 struct PointBlock {
   std::size_t count = 0;
-  std::vector<std::array<std::int32_t, 3>> steps;  ///< `count` entries if the encoding is kSteps, else empty
-  std::vector<std::array<double, 3>> world;        ///< `count` entries if it is kFloat32 or kFloat64, else empty
+  std::vector<std::array<std::int32_t, 3>>
+      steps;  ///< `count` entries if the encoding is kSteps, else empty
+  std::vector<std::array<double, 3>>
+      world;  ///< `count` entries if it is kFloat32 or kFloat64, else empty
   /// One column an attribute of the scan's schema: count * Attribute::size_bytes() bytes, little-endian.
   std::vector<std::vector<std::byte>> columns;
 };

@@ -65,8 +65,12 @@ std::size_t size_bytes(ScalarType type) {
 
 std::string_view name_of(ScalarType type) { return name_in(kScalarNames, type); }
 std::string_view name_of(ReduceRule rule) { return name_in(kRuleNames, rule); }
-std::optional<ScalarType> scalar_type_named(std::string_view name) { return value_in<ScalarType>(kScalarNames, name); }
-std::optional<ReduceRule> reduce_rule_named(std::string_view name) { return value_in<ReduceRule>(kRuleNames, name); }
+std::optional<ScalarType> scalar_type_named(std::string_view name) {
+  return value_in<ScalarType>(kScalarNames, name);
+}
+std::optional<ReduceRule> reduce_rule_named(std::string_view name) {
+  return value_in<ReduceRule>(kRuleNames, name);
+}
 
 std::optional<std::size_t> find_attribute(const Schema& schema, std::string_view name) {
   for (std::size_t i = 0; i < schema.size(); ++i)

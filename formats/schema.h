@@ -11,7 +11,18 @@
 
 namespace cairn::formats {
 
-enum class ScalarType : std::uint8_t { kU8 = 1, kI8, kU16, kI16, kU32, kI32, kU64, kI64, kF32, kF64 };
+enum class ScalarType : std::uint8_t {
+  kU8 = 1,
+  kI8,
+  kU16,
+  kI16,
+  kU32,
+  kI32,
+  kU64,
+  kI64,
+  kF32,
+  kF64
+};
 
 /// Bytes of one scalar: 1, 2, 4 or 8.
 std::size_t size_bytes(ScalarType type);
@@ -31,7 +42,7 @@ std::string_view name_of(ReduceRule rule);
 std::optional<ReduceRule> reduce_rule_named(std::string_view name);
 
 struct Attribute {
-  std::string name;             ///< lower_snake_case; the names that have a meaning are listed below
+  std::string name;  ///< lower_snake_case; the names that have a meaning are listed below
   ScalarType type = ScalarType::kU8;
   std::uint8_t components = 1;  ///< 1 to 255 scalars a point, interleaved
   ReduceRule rule = ReduceRule::kNone;
@@ -45,19 +56,23 @@ namespace attribute_name {
 inline constexpr std::string_view kNormal = "normal";  ///< f32 or f64 x 3, rule kNormal
 inline constexpr std::string_view kRadius = "radius";  ///< f32, world units, rule kCoverRadius
 inline constexpr std::string_view kColor = "color";    ///< u8 or u16 x 3 (r, g, b), rule kMean
-inline constexpr std::string_view kNearInfrared = "near_infrared";    ///< u16, kMean
-inline constexpr std::string_view kIntensity = "intensity";           ///< u16 or float, kMean
-inline constexpr std::string_view kClassification = "classification"; ///< u8, kMajority
-inline constexpr std::string_view kReturnNumber = "return_number";    ///< u8
-inline constexpr std::string_view kReturnCount = "return_count";      ///< u8
-inline constexpr std::string_view kScanFlags = "scan_flags";    ///< u8: bit 0 direction, 1 edge of line, 2-3 channel
-inline constexpr std::string_view kClassFlags = "class_flags";  ///< u8: 1 synthetic, 2 key, 4 withheld, 8 overlap
-inline constexpr std::string_view kUserData = "user_data";      ///< u8
-inline constexpr std::string_view kScanAngleRank = "scan_angle_rank";  ///< i8, degrees (LAS formats 0-5)
-inline constexpr std::string_view kScanAngle = "scan_angle";           ///< i16, 0.006 degrees (formats 6-10)
+inline constexpr std::string_view kNearInfrared = "near_infrared";     ///< u16, kMean
+inline constexpr std::string_view kIntensity = "intensity";            ///< u16 or float, kMean
+inline constexpr std::string_view kClassification = "classification";  ///< u8, kMajority
+inline constexpr std::string_view kReturnNumber = "return_number";     ///< u8
+inline constexpr std::string_view kReturnCount = "return_count";       ///< u8
+inline constexpr std::string_view kScanFlags =
+    "scan_flags";  ///< u8: bit 0 direction, 1 edge of line, 2-3 channel
+inline constexpr std::string_view kClassFlags =
+    "class_flags";  ///< u8: 1 synthetic, 2 key, 4 withheld, 8 overlap
+inline constexpr std::string_view kUserData = "user_data";  ///< u8
+inline constexpr std::string_view kScanAngleRank =
+    "scan_angle_rank";                                        ///< i8, degrees (LAS formats 0-5)
+inline constexpr std::string_view kScanAngle = "scan_angle";  ///< i16, 0.006 degrees (formats 6-10)
 inline constexpr std::string_view kPointSourceId = "point_source_id";  ///< u16
 inline constexpr std::string_view kGpsTime = "gps_time";               ///< f64
-inline constexpr std::string_view kWaveform = "waveform";  ///< u8 x 29: the wave packet fields as in LAS
+inline constexpr std::string_view kWaveform =
+    "waveform";  ///< u8 x 29: the wave packet fields as in LAS
 }  // namespace attribute_name
 
 using Schema = std::vector<Attribute>;

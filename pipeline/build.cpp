@@ -35,28 +35,33 @@ stages::Scans open_scans(const BuildOptions& options) {
 }
 
 Tree choose_tree(const BuildOptions& options, std::uint64_t points) {
-  const std::uint32_t fanout = options.fanout.value_or(Tree::best_fanout(points, options.node_points));
+  const std::uint32_t fanout =
+      options.fanout.value_or(Tree::best_fanout(points, options.node_points));
   return Tree(points, fanout, options.node_points);
 }
 
 /// Disk is asked for before work begins. Points can only be fewer than the headers claim, and packed
 /// nodes have not been seen to be larger than their records: this is an upper bound.
-void require_disk(const Workspace& workspace, const stages::Scans& scans, const stages::ImportOptions& import) {
+void require_disk(const Workspace& workspace, const stages::Scans& scans,
+                  const stages::ImportOptions& import) {
   const stages::CampaignSize size = stages::campaign_size(scans, import);
   const std::uint64_t records = size.points * size.record_bytes;
   const std::uint64_t packed = records + records / 2 + (std::uint64_t{1} << 20);
   workspace.require_free(std::max(size.import_bytes + records, 2 * records) + packed, packed);
 }
 
-DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoints& imported, const Tree& tree) {
+DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoints& imported,
+                          const Tree& tree) {
   DatasetHeader header;
   header.grid = imported.grid;
   header.points = imported.points;
   header.fanout = tree.fanout();
   header.target_points = tree.target_points();
   header.schema = imported.schema;
-  header.radius_from_input = formats::find_attribute(header.schema, formats::attribute_name::kRadius).has_value();
-  if (header.radius_from_input) header.schema.pop_back();  // the radius is the last, see merge_schemas
+  header.radius_from_input =
+      formats::find_attribute(header.schema, formats::attribute_name::kRadius).has_value();
+  if (header.radius_from_input)
+    header.schema.pop_back();  // the radius is the last, see merge_schemas
   header.lossless_leaves = options.lossless_leaves;
   header.position_bits = options.position_bits;
   for (const stages::ScanLedger& scan : imported.ledger) {
@@ -70,27 +75,31 @@ DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoi
 formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
                                     const std::vector<stages::ScanLedger>& ledger) {
   formats::MetadataExtras extras;
-  const auto number_or_auto = [](const auto& value) { return value ? fmt::format("{}", *value) : std::string("\"auto\""); };
+  const auto number_or_auto = [](const auto& value) {
+    return value ? fmt::format("{}", *value) : std::string("\"auto\"");
+  };
   const auto quoted = [](std::string_view text) { return fmt::format("\"{}\"", text); };
   std::vector<std::string> dropped;
   for (const std::string& name : options.drop) dropped.push_back(quoted(name));
-  extras.parameters = {{"fanout", number_or_auto(options.fanout)},
-                       {"node_points", fmt::format("{}", options.node_points)},
-                       {"grid", number_or_auto(options.grid)},
-                       {"theta", fmt::format("{}", options.theta_degrees)},
-                       {"theta_relaxation", fmt::format("{}", options.theta_relaxation)},
-                       {"reducer", quoted(options.reducer)},
-                       {"position_bits", fmt::format("{}", options.position_bits)},
-                       {"lossless_leaves", options.lossless_leaves ? "true" : "false"},
-                       {"codec", quoted(formats::name_of(options.codec))},
-                       {"drop", fmt::format("[{}]", fmt::join(dropped, ", "))},
-                       {"resolution", options.resolution ? fmt::format("{}", *options.resolution) : "null"}};
+  extras.parameters = {
+      {"fanout", number_or_auto(options.fanout)},
+      {"node_points", fmt::format("{}", options.node_points)},
+      {"grid", number_or_auto(options.grid)},
+      {"theta", fmt::format("{}", options.theta_degrees)},
+      {"theta_relaxation", fmt::format("{}", options.theta_relaxation)},
+      {"reducer", quoted(options.reducer)},
+      {"position_bits", fmt::format("{}", options.position_bits)},
+      {"lossless_leaves", options.lossless_leaves ? "true" : "false"},
+      {"codec", quoted(formats::name_of(options.codec))},
+      {"drop", fmt::format("[{}]", fmt::join(dropped, ", "))},
+      {"resolution", options.resolution ? fmt::format("{}", *options.resolution) : "null"}};
   for (std::size_t s = 0; s < scans.size(); ++s) {
     const formats::ScanInfo& info = scans[s]->info();
-    extras.sources.push_back({info.path.filename().string(), info.format, ledger[s].claimed, ledger[s].kept,
-                              ledger[s].dropped(), ledger[s].missing()});
+    extras.sources.push_back({info.path.filename().string(), info.format, ledger[s].claimed,
+                              ledger[s].kept, ledger[s].dropped(), ledger[s].missing()});
     for (const formats::VariableLengthRecord& record : info.crs)
-      if (std::find(extras.crs.begin(), extras.crs.end(), record) == extras.crs.end()) extras.crs.push_back(record);
+      if (std::find(extras.crs.begin(), extras.crs.end(), record) == extras.crs.end())
+        extras.crs.push_back(record);
   }
   return extras;
 }
@@ -98,8 +107,11 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
 class Build {
  public:
   Build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop)
-      : options_(options), clock_(progress), workspace_(options.output, options.scratch, options.force) {
-    context_.threads = options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+      : options_(options),
+        clock_(progress),
+        workspace_(options.output, options.scratch, options.force) {
+    context_.threads =
+        options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
     context_.memory_bytes = memory_budget(options.memory_bytes, machine_memory_bytes());
     context_.make_array = [this](std::string_view name, std::uint64_t size_bytes) {
       return formats::ExternalArray(workspace_.arrays_folder() / name, size_bytes);
@@ -131,29 +143,31 @@ class Build {
 
     stages::SplitPoints points = stages::split(std::move(imported), tree, context_);
 
-    formats::OutputFile spill = formats::OutputFile::create(workspace_.arrays_folder() / "packed-nodes");
+    formats::OutputFile spill =
+        formats::OutputFile::create(workspace_.arrays_folder() / "packed-nodes");
     stages::Packer packer(header, options_.codec, spill);
     cluster_and_pack(points, header, packer);
     points.array = {};
 
-    formats::OutputFile nodes = formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kNodes);
-    formats::OutputFile index = formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kIndex);
-    formats::OutputFile metadata = formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
-    stages::write_dataset(context_, header, packer.finish(), spill, extras, {nodes, index, metadata});
+    formats::OutputFile nodes =
+        formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kNodes);
+    formats::OutputFile index =
+        formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kIndex);
+    formats::OutputFile metadata =
+        formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
+    stages::write_dataset(context_, header, packer.finish(), spill, extras,
+                          {nodes, index, metadata});
   }
 
   /// Nodes are packed as soon as they are clustered, while they are hot.
-  void cluster_and_pack(stages::SplitPoints& points, const DatasetHeader& header, stages::Packer& packer) {
-    const stages::ClusterOptions cluster{
-        .grid = options_.grid,
-        .theta = {static_cast<float>(options_.theta_degrees), static_cast<float>(options_.theta_relaxation)}};
+  void cluster_and_pack(stages::SplitPoints& points, const DatasetHeader& header,
+                        stages::Packer& packer) {
+    const stages::ClusterOptions cluster{.grid = options_.grid,
+                                         .theta = {static_cast<float>(options_.theta_degrees),
+                                                   static_cast<float>(options_.theta_relaxation)}};
     const auto reducer = stages::make_reducer(options_.reducer, cluster);
-    // Each worker holds a path of the tree; where memory is short fewer work at a time.
-    const std::uint64_t worker_bytes = stages::cluster_worker_bytes(header, points.stride);
-    const std::uint64_t workers = std::clamp<std::uint64_t>(context_.memory_bytes / 2 / worker_bytes, 1, context_.threads);
-    stages::run_in_arena(static_cast<unsigned>(workers), [&] {
-      stages::cluster({points.array, points.stride, header, *reducer, options_.grid}, packer, context_);
-    });
+    stages::cluster({points.array, points.stride, header, *reducer, options_.grid}, packer,
+                    context_);
   }
 
   BuildReport make_report() const {
@@ -177,7 +191,8 @@ class Build {
 
 }  // namespace
 
-BuildReport build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop) {
+BuildReport build(const BuildOptions& options, stages::ProgressSink& progress,
+                  std::stop_token stop) {
   return Build(options, progress, std::move(stop)).run();
 }
 

@@ -12,6 +12,7 @@ namespace cairn::pipeline {
 /// Builds the dataset that `options` describe and publishes it in one step. Throws Error; throws
 /// stages::Stopped if `stop` is requested. Whatever is thrown, no output and no work folder is left, and
 /// what stood at the output's place still stands.
-BuildReport build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop);
+BuildReport build(const BuildOptions& options, stages::ProgressSink& progress,
+                  std::stop_token stop);
 
 }  // namespace cairn::pipeline

@@ -43,7 +43,8 @@ void empty_folder(const fs::path& folder) {
     // The marker goes last: killed on the way, the rest would no longer be known as ours.
     if (entry.path().filename() == kMarker) continue;
     fs::remove_all(entry.path(), error);
-    if (error) formats::throw_system("cannot remove what a killed run left", entry.path(), error.value());
+    if (error)
+      formats::throw_system("cannot remove what a killed run left", entry.path(), error.value());
   }
   if (error) formats::throw_system("cannot read the work folder", folder, error.value());
 }
@@ -53,7 +54,8 @@ void empty_folder(const fs::path& folder) {
 LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(std::move(path)) {
   while (true) {
     const bool made = ::mkdir(path_.c_str(), 0777) == 0;
-    if (!made && errno != EEXIST) formats::throw_system("cannot make the work folder", path_, errno);
+    if (!made && errno != EEXIST)
+      formats::throw_system("cannot make the work folder", path_, errno);
     if (open_and_lock(purpose)) {
       taken_over_ = !made;
       break;
@@ -62,9 +64,9 @@ LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(st
   try {
     if (taken_over_) {
       if (!fs::is_empty(path_) && !fs::exists(path_ / kMarker))
-        throw Error(
-            ErrorKind::kSystem,
-            {.what = "a folder that no build made is in the way; move it and try again", .path = path_});
+        throw Error(ErrorKind::kSystem,
+                    {.what = "a folder that no build made is in the way; move it and try again",
+                     .path = path_});
       empty_folder(path_);
     }
     write_marker(path_);
@@ -85,8 +87,9 @@ bool LockedFolder::open_and_lock(const std::string& purpose) {
   ::close(std::exchange(descriptor_, -1));
   if (outcome == 0) return false;
   if (reason != EWOULDBLOCK) formats::throw_system("cannot lock the work folder", path_, reason);
-  throw Error(ErrorKind::kSystem,
-              {.what = "another " + purpose + " is under way; it holds the work folder", .path = path_});
+  throw Error(
+      ErrorKind::kSystem,
+      {.what = "another " + purpose + " is under way; it holds the work folder", .path = path_});
 }
 
 LockedFolder::LockedFolder(LockedFolder&& other) noexcept

@@ -65,8 +65,8 @@ std::optional<std::uint64_t> read_limit(const std::filesystem::path& file) {
 
 /// The tightest limit from `group` up to `hierarchy`: a group is bound by all above it. Inside a container
 /// the group's path may be told as the host sees it and not exist here; then only the top is asked.
-std::uint64_t tightest_limit(const std::filesystem::path& hierarchy, const std::filesystem::path& group,
-                             const char* file) {
+std::uint64_t tightest_limit(const std::filesystem::path& hierarchy,
+                             const std::filesystem::path& group, const char* file) {
   std::uint64_t least = UINT64_MAX;
   for (std::filesystem::path at = group.relative_path(); !at.empty(); at = at.parent_path())
     if (const auto limit = read_limit(hierarchy / at / file)) least = std::min(least, *limit);
@@ -86,7 +86,8 @@ std::uint64_t control_group_limit(const std::filesystem::path& root) {
     if (controllers == ",,")
       least = std::min(least, tightest_limit(root / "sys/fs/cgroup", group, "memory.max"));
     else if (controllers.find(",memory,") != std::string::npos)
-      least = std::min(least, tightest_limit(root / "sys/fs/cgroup/memory", group, "memory.limit_in_bytes"));
+      least = std::min(
+          least, tightest_limit(root / "sys/fs/cgroup/memory", group, "memory.limit_in_bytes"));
   }
   return least;
 }
@@ -109,7 +110,8 @@ std::optional<std::uint64_t> parse_size(std::string_view text) {
   const auto number = split_number(text);
   if (!number) return std::nullopt;
   const std::string name = lower(number->second);
-  const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
+  const auto unit =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
   if (unit == kUnits.end()) return std::nullopt;
   const double bytes = number->first * unit->bytes;
   if (bytes >= 9.2e18) return std::nullopt;
@@ -119,7 +121,8 @@ std::optional<std::uint64_t> parse_size(std::string_view text) {
 std::optional<std::uint64_t> parse_memory(std::string_view text, std::uint64_t machine_bytes) {
   if (text.empty() || text.back() != '%') return parse_size(text);
   const auto share = split_number(text.substr(0, text.size() - 1));
-  if (!share || !share->second.empty() || share->first <= 0 || share->first > 100) return std::nullopt;
+  if (!share || !share->second.empty() || share->first <= 0 || share->first > 100)
+    return std::nullopt;
   return static_cast<std::uint64_t>(share->first / 100 * static_cast<double>(machine_bytes));
 }
 

@@ -48,7 +48,9 @@ class BarView : public View {
   void look(const ProgressState& state) override {
     write_stderr("\r" + bar_line(state, terminal_columns() - 1) + "\x1b[K");
   }
-  void end(const ProgressState& state) override { write_stderr("\r" + plain_line(state) + "\x1b[K\n"); }
+  void end(const ProgressState& state) override {
+    write_stderr("\r" + plain_line(state) + "\x1b[K\n");
+  }
   void leave() override { write_stderr("\n"); }
 };
 
@@ -62,8 +64,12 @@ class PlainView : public View {
 class JsonView : public View {
  public:
   std::chrono::milliseconds interval() const override { return std::chrono::milliseconds(500); }
-  void begin(const ProgressState& state) override { write_stderr(json_line(state, "begin") + "\n"); }
-  void look(const ProgressState& state) override { write_stderr(json_line(state, "progress") + "\n"); }
+  void begin(const ProgressState& state) override {
+    write_stderr(json_line(state, "begin") + "\n");
+  }
+  void look(const ProgressState& state) override {
+    write_stderr(json_line(state, "progress") + "\n");
+  }
   void end(const ProgressState& state) override { write_stderr(json_line(state, "end") + "\n"); }
 };
 
@@ -97,7 +103,9 @@ class Display : public stages::ProgressSink {
     wake_.notify_all();
   }
 
-  void advance(std::uint64_t points) override { done_.fetch_add(points, std::memory_order_relaxed); }
+  void advance(std::uint64_t points) override {
+    done_.fetch_add(points, std::memory_order_relaxed);
+  }
 
   void end() override {
     const std::lock_guard lock(mutex_);
@@ -141,7 +149,8 @@ class Display : public stages::ProgressSink {
 /// A terminal that can redraw a line.
 bool can_draw_bar() {
   const char* terminal = std::getenv("TERM");
-  return ::isatty(STDERR_FILENO) == 1 && terminal != nullptr && std::string_view(terminal) != "dumb";
+  return ::isatty(STDERR_FILENO) == 1 && terminal != nullptr &&
+         std::string_view(terminal) != "dumb";
 }
 
 }  // namespace
@@ -154,7 +163,8 @@ std::optional<ProgressMode> progress_mode_named(std::string_view name) {
 }
 
 std::unique_ptr<stages::ProgressSink> make_progress(ProgressMode mode) {
-  if (mode == ProgressMode::kAuto) mode = can_draw_bar() ? ProgressMode::kBar : ProgressMode::kPlain;
+  if (mode == ProgressMode::kAuto)
+    mode = can_draw_bar() ? ProgressMode::kBar : ProgressMode::kPlain;
   switch (mode) {
     case ProgressMode::kBar:
       return std::make_unique<Display>(std::make_unique<BarView>());

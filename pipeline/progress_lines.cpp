@@ -50,9 +50,9 @@ std::string bar_line(const ProgressState& state, unsigned columns) {
 
 std::string plain_line(const ProgressState& state) {
   if (state.finished) return end_of(state);
-  std::string line =
-      fmt::format("{}: {}%, {} of {}, {}", state.stage, whole_percent(state), with_commas(state.done),
-                  count_of(state.total, "point"), human_rate(state.points_per_s()));
+  std::string line = fmt::format("{}: {}%, {} of {}, {}", state.stage, whole_percent(state),
+                                 with_commas(state.done), count_of(state.total, "point"),
+                                 human_rate(state.points_per_s()));
   if (const auto left = state.left_s()) line += ", " + clock_duration(*left) + " left";
   return line;
 }
@@ -65,7 +65,8 @@ std::string json_line(const ProgressState& state, const char* event) {
                               {"share", state.share()},
                               {"elapsed_s", state.elapsed_s},
                               {"points_per_s", state.points_per_s()}};
-  line["left_s"] = state.left_s() ? nlohmann::ordered_json(*state.left_s()) : nlohmann::ordered_json(nullptr);
+  line["left_s"] =
+      state.left_s() ? nlohmann::ordered_json(*state.left_s()) : nlohmann::ordered_json(nullptr);
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 

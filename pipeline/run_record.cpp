@@ -47,7 +47,10 @@ std::string now_utc() {
 
 Json stage_json(const StageTiming& stage) {
   const double rate = stage.seconds > 0 ? static_cast<double>(stage.points) / stage.seconds : 0;
-  return {{"name", stage.name}, {"points", stage.points}, {"seconds", stage.seconds}, {"points_per_s", rate}};
+  return {{"name", stage.name},
+          {"points", stage.points},
+          {"seconds", stage.seconds},
+          {"points_per_s", rate}};
 }
 
 }  // namespace
@@ -85,7 +88,8 @@ std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) 
                        .scans = record.at("scans").get<std::uint64_t>(),
                        .input_bytes = record.at("input_bytes").get<std::uint64_t>()};
     for (const Json& stage : record.at("stages"))
-      report.stages.push_back({stage.at("name").get<std::string>(), stage.at("points").get<std::uint64_t>(),
+      report.stages.push_back({stage.at("name").get<std::string>(),
+                               stage.at("points").get<std::uint64_t>(),
                                stage.at("seconds").get<double>()});
     return report;
   } catch (const Json::exception&) {

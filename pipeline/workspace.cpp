@@ -46,8 +46,8 @@ fs::path scratch_name(const fs::path& output) {
   return output.filename().string() + digits;
 }
 
-std::optional<LockedFolder> hold_scratch(const std::optional<fs::path>& scratch, const fs::path& output,
-                                         const std::string& purpose) {
+std::optional<LockedFolder> hold_scratch(const std::optional<fs::path>& scratch,
+                                         const fs::path& output, const std::string& purpose) {
   if (!scratch) return std::nullopt;
   if (!fs::is_directory(*scratch))
     formats::throw_usage("the scratch folder " + scratch->string() + " does not exist");
@@ -55,7 +55,8 @@ std::optional<LockedFolder> hold_scratch(const std::optional<fs::path>& scratch,
 }
 
 fs::path make_folder(const fs::path& path) {
-  if (::mkdir(path.c_str(), 0777) != 0) formats::throw_system("cannot make the folder", path, errno);
+  if (::mkdir(path.c_str(), 0777) != 0)
+    formats::throw_system("cannot make the folder", path, errno);
   return path;
 }
 
@@ -69,16 +70,18 @@ std::uint64_t free_bytes(const fs::path& folder) {
 bool same_disk(const fs::path& a, const fs::path& b) {
   struct stat first {};
   struct stat second {};
-  return ::stat(a.c_str(), &first) == 0 && ::stat(b.c_str(), &second) == 0 && first.st_dev == second.st_dev;
+  return ::stat(a.c_str(), &first) == 0 && ::stat(b.c_str(), &second) == 0 &&
+         first.st_dev == second.st_dev;
 }
 
 void require(const fs::path& folder, std::uint64_t needed, const char* what) {
   const std::uint64_t available = free_bytes(folder);
   if (needed <= available) return;
-  throw formats::Error(formats::ErrorKind::kSystem, {.what = std::string("the disk has no room for ") + what,
-                                                     .path = folder,
-                                                     .found = std::to_string(available) + " bytes free",
-                                                     .expected = std::to_string(needed)});
+  throw formats::Error(formats::ErrorKind::kSystem,
+                       {.what = std::string("the disk has no room for ") + what,
+                        .path = folder,
+                        .found = std::to_string(available) + " bytes free",
+                        .expected = std::to_string(needed)});
 }
 
 }  // namespace

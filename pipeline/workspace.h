@@ -17,8 +17,8 @@ class Workspace {
   /// without `force`, or is not a dataset that `force` may replace, or a folder does not exist; kSystem if
   /// another build of the same output is under way. A folder that a killed build left is emptied, which
   /// one line on stderr says.
-  Workspace(const std::filesystem::path& output, const std::optional<std::filesystem::path>& scratch,
-            bool force);
+  Workspace(const std::filesystem::path& output,
+            const std::optional<std::filesystem::path>& scratch, bool force);
 
   /// The files of the finished dataset are written here.
   const std::filesystem::path& dataset_folder() const { return dataset_folder_; }

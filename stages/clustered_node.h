@@ -18,13 +18,14 @@ struct ClusteredNode {
   std::vector<std::uint32_t> block_start;  ///< N + 1 entries as in NodeRecord
   formats::GridBox subtree_box;            ///< tight box of all decoded points below this node
   std::uint64_t weight = 0;
-  double squared_error = 0;  ///< sum over input points of the squared world distance to their representative here
-  double bound = 0;          ///< largest such distance, before this node's own quantisation; rounded up
+  double squared_error =
+      0;  ///< sum over input points of the squared world distance to their representative here
+  double bound = 0;  ///< largest such distance, before this node's own quantisation; rounded up
   /// For each point how far the spheres that it stands for reach from it (world units, before this
   /// node's own quantisation); empty in leaves.
   std::vector<double> reach;
-  float theta = 0;          ///< degrees, as in NodeRecord
-  std::uint32_t grid = 0;   ///< as in NodeRecord
+  float theta = 0;         ///< degrees, as in NodeRecord
+  std::uint32_t grid = 0;  ///< as in NodeRecord
   formats::Digest digest;
 };
 

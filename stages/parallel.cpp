@@ -5,6 +5,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+
 namespace cairn::stages {
 
 void run_in_arena(unsigned workers, const std::function<void()>& work) {
@@ -15,11 +17,19 @@ void run_in_arena(unsigned workers, const std::function<void()>& work) {
   arena.execute(work);
 }
 
+unsigned workers_within(const Context& context, std::uint64_t worker_bytes) {
+  const std::uint64_t room = context.memory_bytes / 2 / std::max<std::uint64_t>(1, worker_bytes);
+  return static_cast<unsigned>(std::clamp<std::uint64_t>(room, 1, std::max(1U, context.threads)));
+}
+
 void for_each_piece(std::uint64_t count, const std::function<void(std::uint64_t)>& piece) {
   if (count == 1) return piece(0);
-  tbb::parallel_for(tbb::blocked_range<std::uint64_t>(0, count, 1), [&](const auto& range) {
-    for (std::uint64_t i = range.begin(); i != range.end(); ++i) piece(i);
-  }, tbb::simple_partitioner{});
+  tbb::parallel_for(
+      tbb::blocked_range<std::uint64_t>(0, count, 1),
+      [&](const auto& range) {
+        for (std::uint64_t i = range.begin(); i != range.end(); ++i) piece(i);
+      },
+      tbb::simple_partitioner{});
 }
 
 }  // namespace cairn::stages

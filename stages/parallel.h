@@ -20,6 +20,10 @@ inline void throw_if_stopped(const Context& context) {
 /// are fewer processors, no fewer unless an arena around it is smaller.
 void run_in_arena(unsigned workers, const std::function<void()>& work);
 
+/// How many workers a stage may have that hold `worker_bytes` each: all threads, or as many as half of
+/// the memory has room for, at least one.
+unsigned workers_within(const Context& context, std::uint64_t worker_bytes);
+
 /// Calls piece(0) ... piece(count - 1), in any order and side by side. Rethrows the first error.
 void for_each_piece(std::uint64_t count, const std::function<void(std::uint64_t)>& piece);
 

@@ -36,17 +36,20 @@ ExternalArray::ExternalArray(std::filesystem::path path, std::uint64_t size_byte
   descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (descriptor_ < 0) throw_system("cannot create a work array", path_, errno);
   if (size_bytes == 0) return;
-  if (const int error = ::posix_fallocate(descriptor_, 0, static_cast<off_t>(size_bytes)); error != 0) {
+  if (const int error = ::posix_fallocate(descriptor_, 0, static_cast<off_t>(size_bytes));
+      error != 0) {
     const std::filesystem::path failed = path_;
     close();
-    throw_system("cannot reserve " + std::to_string(size_bytes) + " bytes for a work array", failed, error);
+    throw_system("cannot reserve " + std::to_string(size_bytes) + " bytes for a work array", failed,
+                 error);
   }
   void* mapping = ::mmap(nullptr, size_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_, 0);
   if (mapping == MAP_FAILED) {
     const int error = errno;
     const std::filesystem::path failed = path_;
     close();
-    throw_system("cannot map a work array of " + std::to_string(size_bytes) + " bytes", failed, error);
+    throw_system("cannot map a work array of " + std::to_string(size_bytes) + " bytes", failed,
+                 error);
   }
   data_ = static_cast<std::byte*>(mapping);
 }
@@ -77,7 +80,8 @@ void ExternalArray::close() noexcept {
 }
 
 void ExternalArray::advise(Access access) {
-  if (data_ != nullptr) ::madvise(data_, size_bytes_, access == Access::kSequential ? MADV_SEQUENTIAL : MADV_RANDOM);
+  if (data_ != nullptr)
+    ::madvise(data_, size_bytes_, access == Access::kSequential ? MADV_SEQUENTIAL : MADV_RANDOM);
 }
 
 void ExternalArray::release(std::uint64_t offset, std::uint64_t size_bytes) {
@@ -90,8 +94,8 @@ void ExternalArray::discard(std::uint64_t offset, std::uint64_t size_bytes) {
   const PageRange pages = whole_pages(offset, size_bytes, size_bytes_);
   // Best effort: a file system without holes keeps the space until the array goes.
   if (pages.size_bytes > 0)
-    ::fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(pages.offset),
-                static_cast<off_t>(pages.size_bytes));
+    ::fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
+                static_cast<off_t>(pages.offset), static_cast<off_t>(pages.size_bytes));
 }
 
 }  // namespace cairn::formats

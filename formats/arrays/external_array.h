@@ -27,7 +27,9 @@ class ExternalArray {
   std::uint64_t size_bytes() const { return size_bytes_; }
   /// The whole array. The span must not outlive the array.
   std::span<std::byte> bytes() { return {data_, static_cast<std::size_t>(size_bytes_)}; }
-  std::span<const std::byte> bytes() const { return {data_, static_cast<std::size_t>(size_bytes_)}; }
+  std::span<const std::byte> bytes() const {
+    return {data_, static_cast<std::size_t>(size_bytes_)};
+  }
 
   void advise(Access access);
   /// Gives the pages that lie wholly in a range back to the kernel: resident memory shrinks, contents stay.

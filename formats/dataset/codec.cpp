@@ -74,33 +74,38 @@ void compress_zstd(std::span<const std::byte> raw, std::vector<std::byte>& out) 
   });
 }
 
-DecodeError wrong_size(std::string_view codec, std::size_t found, std::size_t expected, std::size_t at) {
+DecodeError wrong_size(std::string_view codec, std::size_t found, std::size_t expected,
+                       std::size_t at) {
   return {.what = std::string(codec) + " block of the wrong size",
           .byte_offset = at,
           .found = std::to_string(found) + " bytes",
           .expected = std::to_string(expected) + " bytes"};
 }
 
-std::optional<DecodeError> decompress_lzo(std::span<const std::byte> compressed, std::span<std::byte> raw) {
+std::optional<DecodeError> decompress_lzo(std::span<const std::byte> compressed,
+                                          std::span<std::byte> raw) {
   require_lzo();
   lzo_uint size = raw.size();
-  const int result =
-      lzo1x_decompress_safe(reinterpret_cast<const unsigned char*>(compressed.data()), compressed.size(),
-                            reinterpret_cast<unsigned char*>(raw.data()), &size, nullptr);
+  const int result = lzo1x_decompress_safe(
+      reinterpret_cast<const unsigned char*>(compressed.data()), compressed.size(),
+      reinterpret_cast<unsigned char*>(raw.data()), &size, nullptr);
   if (result == LZO_E_INPUT_NOT_CONSUMED)
-    return DecodeError{.what = "bytes left over behind an lzo block", .byte_offset = compressed.size()};
+    return DecodeError{.what = "bytes left over behind an lzo block",
+                       .byte_offset = compressed.size()};
   if (result != LZO_E_OK)
     return DecodeError{.what = "damaged lzo block", .found = "lzo error " + std::to_string(result)};
   if (size != raw.size()) return wrong_size("lzo", size, raw.size(), compressed.size());
   return std::nullopt;
 }
 
-std::optional<DecodeError> decompress_zstd(std::span<const std::byte> compressed, std::span<std::byte> raw) {
+std::optional<DecodeError> decompress_zstd(std::span<const std::byte> compressed,
+                                           std::span<std::byte> raw) {
   thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
   CAIRN_CHECK(context != nullptr);
-  const std::size_t size =
-      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), compressed.data(), compressed.size());
-  if (ZSTD_isError(size)) return DecodeError{.what = "damaged zstd block", .found = ZSTD_getErrorName(size)};
+  const std::size_t size = ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(),
+                                               compressed.data(), compressed.size());
+  if (ZSTD_isError(size))
+    return DecodeError{.what = "damaged zstd block", .found = ZSTD_getErrorName(size)};
   if (size != raw.size()) return wrong_size("zstd", size, raw.size(), compressed.size());
   return std::nullopt;
 }
@@ -155,7 +160,8 @@ std::optional<DecodeError> decompress(Codec codec, std::span<const std::byte> co
     case Codec::kZstd:
       return decompress_zstd(compressed, raw);
   }
-  return DecodeError{.what = "unknown codec", .found = std::to_string(static_cast<unsigned>(codec))};
+  return DecodeError{.what = "unknown codec",
+                     .found = std::to_string(static_cast<unsigned>(codec))};
 }
 
 }  // namespace cairn::formats

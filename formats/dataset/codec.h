@@ -17,9 +17,10 @@ namespace cairn::formats {
 /// The values are on disk.
 enum class Codec : std::uint8_t {
   kNone = 0,
-  kLzo = 1,     ///< LZO1X-1: fastest
-  kLzo999 = 2,  ///< LZO1X-999, level 8: the same decompressor, smaller, some 30 times slower to compress
-  kZstd = 3,    ///< zstd level 3
+  kLzo = 1,  ///< LZO1X-1: fastest
+  kLzo999 =
+      2,  ///< LZO1X-999, level 8: the same decompressor, smaller, some 30 times slower to compress
+  kZstd = 3,  ///< zstd level 3
 };
 
 /// "none", "lzo", "lzo999", "zstd".
@@ -36,7 +37,8 @@ void compress(Codec codec, std::span<const std::byte> raw, std::vector<std::byte
 /// Restores exactly raw.size() bytes from `compressed`. Never reads or writes outside of the two spans;
 /// anything that does not yield that many bytes, or leaves compressed bytes over, is a DecodeError.
 /// After an error the content of `raw` is unspecified.
-[[nodiscard]] std::optional<DecodeError> decompress(Codec codec, std::span<const std::byte> compressed,
+[[nodiscard]] std::optional<DecodeError> decompress(Codec codec,
+                                                    std::span<const std::byte> compressed,
                                                     std::span<std::byte> raw);
 
 }  // namespace cairn::formats

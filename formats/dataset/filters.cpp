@@ -44,7 +44,8 @@ decltype(auto) with_unsigned(const ColumnShape& shape, F f) {
   }
 }
 
-DecodeError error_at(std::size_t offset, std::string what, std::size_t found, std::size_t expected) {
+DecodeError error_at(std::size_t offset, std::string what, std::size_t found,
+                     std::size_t expected) {
   return {.what = std::move(what),
           .byte_offset = offset,
           .found = std::to_string(found),
@@ -68,20 +69,23 @@ void fill_points(std::span<const std::byte> point, std::size_t n, std::byte* out
     std::memset(out, std::to_integer<int>(point[0]), n);
     return;
   }
-  for (std::size_t i = 0; i < n; ++i) std::memcpy(out + i * point.size(), point.data(), point.size());
+  for (std::size_t i = 0; i < n; ++i)
+    std::memcpy(out + i * point.size(), point.data(), point.size());
 }
 
-std::optional<DecodeError> undo_constant(std::span<const std::byte> filtered, const ColumnShape& shape,
-                                         std::span<std::byte> column) {
+std::optional<DecodeError> undo_constant(std::span<const std::byte> filtered,
+                                         const ColumnShape& shape, std::span<std::byte> column) {
   const std::size_t expected = column.empty() ? 0 : shape.point_bytes();
-  if (filtered.size() != expected) return error_at(0, "bytes of a constant", filtered.size(), expected);
+  if (filtered.size() != expected)
+    return error_at(0, "bytes of a constant", filtered.size(), expected);
   fill_points(filtered, shape.count, column.data());
   return std::nullopt;
 }
 
 // --- runs -------------------------------------------------------------------------------------------
 
-bool apply_runs(std::span<const std::byte> column, const ColumnShape& shape, std::vector<std::byte>& out) {
+bool apply_runs(std::span<const std::byte> column, const ColumnShape& shape,
+                std::vector<std::byte>& out) {
   const std::size_t stride = shape.point_bytes();
   const std::size_t most_runs = column.size() / (stride + 1);  // more would not be smaller
   std::vector<std::byte> lengths;
@@ -89,7 +93,9 @@ bool apply_runs(std::span<const std::byte> column, const ColumnShape& shape, std
   for (std::size_t i = 0; i < shape.count;) {
     const std::byte* point = column.data() + i * stride;
     std::size_t n = 1;
-    while (n < kLongestRun && i + n < shape.count && std::memcmp(point, point + n * stride, stride) == 0) ++n;
+    while (n < kLongestRun && i + n < shape.count &&
+           std::memcmp(point, point + n * stride, stride) == 0)
+      ++n;
     if (lengths.size() == most_runs) return false;
     lengths.push_back(static_cast<std::byte>(n - 1));
     points.insert(points.end(), point, point + stride);
@@ -110,7 +116,8 @@ std::optional<DecodeError> undo_runs(std::span<const std::byte> filtered, const 
   if (!run_count) return error_at(0, "bytes of a run count", filtered.size(), 4);
   const std::size_t stride = shape.point_bytes();
   const std::size_t expected = *run_count * (stride + 1);  // below 2^32 * 2^11
-  if (reader.remaining() != expected) return error_at(4, "bytes of runs", reader.remaining(), expected);
+  if (reader.remaining() != expected)
+    return error_at(4, "bytes of runs", reader.remaining(), expected);
   const auto lengths = filtered.subspan(4, *run_count);
   const auto points = filtered.subspan(4 + *run_count);
   std::size_t done = 0;
@@ -120,7 +127,8 @@ std::optional<DecodeError> undo_runs(std::span<const std::byte> filtered, const 
     fill_points(points.subspan(run * stride, stride), n, column.data() + done * stride);
     done += n;
   }
-  if (done != shape.count) return error_at(filtered.size(), "points of all runs", done, shape.count);
+  if (done != shape.count)
+    return error_at(filtered.size(), "points of all runs", done, shape.count);
   return std::nullopt;
 }
 
@@ -150,8 +158,9 @@ std::optional<LanePlan> read_plan(ByteReader& reader, const ColumnShape& shape) 
 
 DecodeError plan_error(std::span<const std::byte> filtered) {
   return {.what = "lane plan that does not fit the column",
-          .found = filtered.empty() ? "nothing"
-                                    : "flags " + std::to_string(std::to_integer<unsigned>(filtered[0]))};
+          .found = filtered.empty()
+                       ? "nothing"
+                       : "flags " + std::to_string(std::to_integer<unsigned>(filtered[0]))};
 }
 
 // --- planes -----------------------------------------------------------------------------------------
@@ -178,8 +187,8 @@ bool apply_planes(const LanePlan& plan, std::span<const std::byte> column, const
 }
 
 template <typename U>
-std::optional<DecodeError> undo_planes(std::span<const std::byte> filtered, const ColumnShape& shape,
-                                       std::span<std::byte> column) {
+std::optional<DecodeError> undo_planes(std::span<const std::byte> filtered,
+                                       const ColumnShape& shape, std::span<std::byte> column) {
   ByteReader reader(filtered);
   const auto plan = read_plan<U>(reader, shape);
   if (!plan) return plan_error(filtered);
@@ -196,8 +205,9 @@ std::optional<DecodeError> undo_planes(std::span<const std::byte> filtered, cons
       for (std::size_t byte = 0; byte < sizeof(U); ++byte) {
         const std::byte* plane = planes + (lane * sizeof(U) + byte) * shape.count + first;
         for (std::size_t i = 0; i < n; ++i)
-          block[lane * kLaneBlock + i] = static_cast<U>(
-              block[lane * kLaneBlock + i] | std::to_integer<std::uint64_t>(plane[i]) << (8 * byte));
+          block[lane * kLaneBlock + i] =
+              static_cast<U>(block[lane * kLaneBlock + i] | std::to_integer<std::uint64_t>(plane[i])
+                                                                << (8 * byte));
       }
     joiner.join(block, n, column.data() + first * shape.point_bytes());
   }
@@ -237,13 +247,16 @@ std::optional<DecodeError> undo_rice(std::span<const std::byte> filtered, const 
   for (std::size_t first = 0; first < shape.count; first += kLaneBlock) {
     const std::size_t n = std::min(kLaneBlock, shape.count - first);
     for (std::size_t lane = 0; lane < joiner.lanes(); ++lane) {
-      const auto used = rice_decode(filtered.subspan(at), std::span<U>(block).subspan(lane * kLaneBlock, n));
-      if (!used) return DecodeError{.what = "rice block that is damaged or cut short", .byte_offset = at};
+      const auto used =
+          rice_decode(filtered.subspan(at), std::span<U>(block).subspan(lane * kLaneBlock, n));
+      if (!used)
+        return DecodeError{.what = "rice block that is damaged or cut short", .byte_offset = at};
       at += *used;
     }
     joiner.join(block, n, column.data() + first * shape.point_bytes());
   }
-  if (at != filtered.size()) return error_at(at, "bytes behind the last rice block", filtered.size() - at, 0);
+  if (at != filtered.size())
+    return error_at(at, "bytes behind the last rice block", filtered.size() - at, 0);
   return std::nullopt;
 }
 
@@ -261,7 +274,9 @@ std::optional<Filter> filter_of(std::uint8_t wanted) {
   return std::nullopt;
 }
 
-std::size_t filtered_size_limit(const ColumnShape& shape) { return 3 * shape.size_bytes() + kSizeSlack; }
+std::size_t filtered_size_limit(const ColumnShape& shape) {
+  return 3 * shape.size_bytes() + kSizeSlack;
+}
 
 LanePlan choose_plan(std::span<const std::byte> column, const ColumnShape& shape) {
   return with_unsigned(shape, [&]<typename U>(U) {
@@ -307,9 +322,11 @@ bool apply_filter(Filter filter, const LanePlan& plan, std::span<const std::byte
     case Filter::kRuns:
       return apply_runs(column, shape, out);
     case Filter::kPlanes:
-      return with_unsigned(shape, [&]<typename U>(U) { return apply_planes<U>(plan, column, shape, out); });
+      return with_unsigned(
+          shape, [&]<typename U>(U) { return apply_planes<U>(plan, column, shape, out); });
     case Filter::kRice:
-      return with_unsigned(shape, [&]<typename U>(U) { return apply_rice<U>(plan, column, shape, out); });
+      return with_unsigned(shape,
+                           [&]<typename U>(U) { return apply_rice<U>(plan, column, shape, out); });
   }
   return false;
 }
@@ -328,11 +345,14 @@ std::optional<DecodeError> undo_filter(Filter filter, std::span<const std::byte>
     case Filter::kRuns:
       return undo_runs(filtered, shape, column);
     case Filter::kPlanes:
-      return with_unsigned(shape, [&]<typename U>(U) { return undo_planes<U>(filtered, shape, column); });
+      return with_unsigned(shape,
+                           [&]<typename U>(U) { return undo_planes<U>(filtered, shape, column); });
     case Filter::kRice:
-      return with_unsigned(shape, [&]<typename U>(U) { return undo_rice<U>(filtered, shape, column); });
+      return with_unsigned(shape,
+                           [&]<typename U>(U) { return undo_rice<U>(filtered, shape, column); });
   }
-  return DecodeError{.what = "unknown filter", .found = std::to_string(static_cast<unsigned>(filter))};
+  return DecodeError{.what = "unknown filter",
+                     .found = std::to_string(static_cast<unsigned>(filter))};
 }
 
 }  // namespace cairn::formats

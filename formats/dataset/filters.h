@@ -25,8 +25,9 @@ enum class Filter : std::uint8_t {
   kPlain = 0,     ///< the column
   kConstant = 1,  ///< the one point that all equal; nothing if there are no points
   kRuns = 2,      ///< u32 number of runs; length - 1 of each run, u8; the point of each run
-  kPlanes = 3,    ///< plan; for each lane, from its lowest byte to its highest: that byte of all points
-  kRice = 4,      ///< plan; for each 64 points, for each lane: a block of rice.h
+  kPlanes =
+      3,      ///< plan; for each lane, from its lowest byte to its highest: that byte of all points
+  kRice = 4,  ///< plan; for each 64 points, for each lane: a block of rice.h
 };
 // A plan (lanes.h) is its flags, u8, followed if kFactor is set by the factor as a scalar of the column.
 
@@ -49,7 +50,9 @@ bool apply_filter(Filter filter, const LanePlan& plan, std::span<const std::byte
 /// Restores the column from all bytes of `filtered`. Requires column.size() == shape.size_bytes(). Reads
 /// and writes nothing outside of the spans, whatever `filtered` holds; after an error the content of
 /// `column` is unspecified.
-[[nodiscard]] std::optional<DecodeError> undo_filter(Filter filter, std::span<const std::byte> filtered,
-                                                     const ColumnShape& shape, std::span<std::byte> column);
+[[nodiscard]] std::optional<DecodeError> undo_filter(Filter filter,
+                                                     std::span<const std::byte> filtered,
+                                                     const ColumnShape& shape,
+                                                     std::span<std::byte> column);
 
 }  // namespace cairn::formats

@@ -13,14 +13,17 @@ using GridPoint = std::array<std::int32_t, 3>;
 using WorldPoint = std::array<double, 3>;
 
 struct Grid {
-  std::array<double, 3> step{1, 1, 1};            ///< world units a step; finite, > 0
-  std::array<double, 3> offset{0, 0, 0};          ///< world units
-  std::array<std::int64_t, 3> shift{0, 0, 0};     ///< steps
+  std::array<double, 3> step{1, 1, 1};         ///< world units a step; finite, > 0
+  std::array<double, 3> offset{0, 0, 0};       ///< world units
+  std::array<std::int64_t, 3> shift{0, 0, 0};  ///< steps
 
   double world(int axis, std::int32_t i) const {
-    return offset[axis] + step[axis] * static_cast<double>(static_cast<std::int64_t>(i) + shift[axis]);
+    return offset[axis] +
+           step[axis] * static_cast<double>(static_cast<std::int64_t>(i) + shift[axis]);
   }
-  WorldPoint world(const GridPoint& p) const { return {world(0, p[0]), world(1, p[1]), world(2, p[2])}; }
+  WorldPoint world(const GridPoint& p) const {
+    return {world(0, p[0]), world(1, p[1]), world(2, p[2])};
+  }
 
   friend bool operator==(const Grid&, const Grid&) = default;
 };
@@ -51,7 +54,9 @@ struct GridBox {
       if (p[a] < min[a] || p[a] > max[a]) return false;
     return true;
   }
-  bool contains(const GridBox& other) const { return other.empty() || (contains(other.min) && contains(other.max)); }
+  bool contains(const GridBox& other) const {
+    return other.empty() || (contains(other.min) && contains(other.max));
+  }
 
   friend bool operator==(const GridBox&, const GridBox&) = default;
 };
@@ -61,7 +66,8 @@ struct GridBox {
 inline double squared_distance(const Grid& grid, const GridPoint& a, const GridPoint& b) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double d = grid.step[axis] * static_cast<double>(static_cast<std::int64_t>(a[axis]) - b[axis]);
+    const double d =
+        grid.step[axis] * static_cast<double>(static_cast<std::int64_t>(a[axis]) - b[axis]);
     sum += d * d;
   }
   return sum;

@@ -9,7 +9,9 @@ constexpr unsigned rotate_left(unsigned bits, unsigned by) {
   by %= kAxes;
   return ((bits << by) | (bits >> (kAxes - by))) & 7u;
 }
-constexpr unsigned rotate_right(unsigned bits, unsigned by) { return rotate_left(bits, kAxes - by % kAxes); }
+constexpr unsigned rotate_right(unsigned bits, unsigned by) {
+  return rotate_left(bits, kAxes - by % kAxes);
+}
 constexpr unsigned gray(unsigned i) { return i ^ (i >> 1); }
 constexpr unsigned gray_inverse(unsigned g) { return g ^ (g >> 1) ^ (g >> 2); }
 constexpr unsigned trailing_ones(unsigned i) {
@@ -40,7 +42,8 @@ constexpr std::array<std::array<Step, 8>, 24> make_steps() {
         const unsigned w = gray_inverse(rotate_right(octant ^ e, d + 1));
         const unsigned next_e = e ^ rotate_left(entry(w), d + 1);
         const unsigned next_d = (d + direction(w) + 1) % kAxes;
-        steps[3 * e + d][octant] = {static_cast<std::uint8_t>(w), static_cast<std::uint8_t>(3 * next_e + next_d)};
+        steps[3 * e + d][octant] = {static_cast<std::uint8_t>(w),
+                                    static_cast<std::uint8_t>(3 * next_e + next_d)};
       }
   return steps;
 }

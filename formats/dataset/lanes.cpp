@@ -82,7 +82,8 @@ void to_cube_digits(U* block, std::size_t n) {
 template <typename U>
 void from_cube_digits(U* block, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
-    const std::uint32_t row = static_cast<std::uint32_t>(block[i]) * kNormalGrid + block[kLaneBlock + i];
+    const std::uint32_t row =
+        static_cast<std::uint32_t>(block[i]) * kNormalGrid + block[kLaneBlock + i];
     block[i] = static_cast<U>(row * kNormalGrid + block[2 * kLaneBlock + i]);
   }
 }
@@ -115,7 +116,10 @@ bool is_monotone(std::span<const std::byte> column, std::uint32_t components) {
 
 template <std::unsigned_integral U>
 LaneSplitter<U>::LaneSplitter(const ColumnShape& shape, const LanePlan& plan)
-    : components_(shape.components), plan_(plan), lanes_(plan.lanes(shape.components)), previous_(lanes_) {}
+    : components_(shape.components),
+      plan_(plan),
+      lanes_(plan.lanes(shape.components)),
+      previous_(lanes_) {}
 
 template <std::unsigned_integral U>
 void LaneSplitter<U>::split(const std::byte* points, std::size_t n, std::span<U> out) {
@@ -123,7 +127,8 @@ void LaneSplitter<U>::split(const std::byte* points, std::size_t n, std::span<U>
   if (plan_.has(LanePlan::kFactor))
     for (std::size_t c = 0; c < components_; ++c)
       for (std::size_t i = 0; i < n; ++i)
-        out[c * kLaneBlock + i] = static_cast<U>(out[c * kLaneBlock + i] / static_cast<U>(plan_.factor));
+        out[c * kLaneBlock + i] =
+            static_cast<U>(out[c * kLaneBlock + i] / static_cast<U>(plan_.factor));
   if (plan_.has(LanePlan::kGreenDifference)) {
     for (std::size_t i = 0; i < n; ++i) {
       const U green = out[kLaneBlock + i];
@@ -148,7 +153,10 @@ void LaneSplitter<U>::split(const std::byte* points, std::size_t n, std::span<U>
 
 template <std::unsigned_integral U>
 LaneJoiner<U>::LaneJoiner(const ColumnShape& shape, const LanePlan& plan)
-    : components_(shape.components), plan_(plan), lanes_(plan.lanes(shape.components)), previous_(lanes_) {}
+    : components_(shape.components),
+      plan_(plan),
+      lanes_(plan.lanes(shape.components)),
+      previous_(lanes_) {}
 
 template <std::unsigned_integral U>
 void LaneJoiner<U>::join(std::span<U> block, std::size_t n, std::byte* points) {
@@ -169,7 +177,8 @@ void LaneJoiner<U>::join(std::span<U> block, std::size_t n, std::byte* points) {
     // Through 64 bits: a product of two 16-bit values would overflow the int that they promote to.
     for (std::size_t c = 0; c < components_; ++c)
       for (std::size_t i = 0; i < n; ++i)
-        block[c * kLaneBlock + i] = static_cast<U>(std::uint64_t{block[c * kLaneBlock + i]} * plan_.factor);
+        block[c * kLaneBlock + i] =
+            static_cast<U>(std::uint64_t{block[c * kLaneBlock + i]} * plan_.factor);
   }
   scatter(block.data(), components_, n, points);
 }

@@ -19,7 +19,7 @@ inline constexpr std::size_t kLaneBlock = 64;
 /// How a column becomes lanes. The flags are on disk. In the order of application:
 struct LanePlan {
   enum Flag : std::uint8_t {
-    kFactor = 1,           ///< values are divided by `factor`: 8-bit data in 16-bit fields (x 257 or x 256)
+    kFactor = 1,  ///< values are divided by `factor`: 8-bit data in 16-bit fields (x 257 or x 256)
     kGreenDifference = 2,  ///< three components r, g, b become r - g, g, b - g
     kCubeDigits = 4,       ///< one component: a code of normal_map becomes its face, row and column
     kAbsolute = 8,         ///< values as they are; without it, differences to the point before

@@ -46,30 +46,32 @@ enum SectionIndex : std::size_t {
 
 struct NormalCone {
   std::array<float, 3> axis{0, 0, 0};  ///< unit, or zero if there is no normal
-  float min_cosine = -1;               ///< smallest cosine between the axis and a normal of the node
+  float min_cosine = -1;  ///< smallest cosine between the axis and a normal of the node
   friend bool operator==(const NormalCone&, const NormalCone&) = default;
 };
 
 struct NodeRecord {
   NodeId id{};
-  GridBox box;                      ///< tight box of the node's decoded points and of all below it
-  std::uint32_t point_count = 0;    ///< points stored in this node
-  std::uint64_t weight = 0;         ///< input points that they stand for
+  GridBox box;                    ///< tight box of the node's decoded points and of all below it
+  std::uint32_t point_count = 0;  ///< points stored in this node
+  std::uint64_t weight = 0;       ///< input points that they stand for
   /// N + 1 entries: block i of an inner node, one a child, is [block_start[i], block_start[i+1]). A
   /// leaf is one block: 0, count, count, ...
   std::vector<std::uint32_t> block_start;
   std::uint8_t position_bits = 16;  ///< bits a coordinate of the position section
-  GridBox position_box;             ///< tight box of the node's points before quantisation: the quantiser's frame
-  float radius_min = 0;             ///< world units: extremes of the node's splat radii
+  GridBox
+      position_box;  ///< tight box of the node's points before quantisation: the quantiser's frame
+  float radius_min = 0;  ///< world units: extremes of the node's splat radii
   float radius_max = 0;
   /// The smallest factor by which the decoded radii, as spheres, cover the spheres that they stand for; 1 in leaves.
   float cover_factor = 1;
-  double rms = 0;    ///< world units: RMS distance of input points to their representative in this node
+  double rms =
+      0;  ///< world units: RMS distance of input points to their representative in this node
   double bound = 0;  ///< world units: no input point is farther from its representative, decoded
   float theta = 0;   ///< degrees: largest normal deviation that merging in this node was relaxed to
   std::uint32_t grid = 0;  ///< cells along the longest axis of the coarsest clustering grid used
   NormalCone cone;
-  Digest digest;     ///< of the subtree's input records
+  Digest digest;                     ///< of the subtree's input records
   std::vector<SectionRef> sections;  ///< kFirstAttributeSection + schema.size() entries
 
   friend bool operator==(const NodeRecord&, const NodeRecord&) = default;
@@ -88,8 +90,8 @@ struct DatasetHeader {
   /// The input's attributes, radius left out. Those with a rule other than kNone exist in inner nodes too.
   Schema schema;
   bool radius_from_input = false;  ///< else estimated from local density
-  bool lossless_leaves = false;    ///< leaf positions, normals and radii are the input's, bit by bit
-  std::uint8_t position_bits = 16; ///< of inner nodes, and of leaves that are not lossless
+  bool lossless_leaves = false;  ///< leaf positions, normals and radii are the input's, bit by bit
+  std::uint8_t position_bits = 16;   ///< of inner nodes, and of leaves that are not lossless
   std::uint64_t read_points = 0;     ///< records met in the input
   std::uint64_t dropped_points = 0;  ///< of these left out (non-finite coordinates)
   std::uint64_t missing_points = 0;  ///< claimed by headers but absent from the files

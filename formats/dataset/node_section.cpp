@@ -31,7 +31,8 @@ std::vector<std::byte> store(const SectionStorage& storage, std::span<const std:
 /// Filters and compresses in one given way; a codec that does not pay is left out. Nothing if the filter
 /// does not apply.
 std::optional<std::vector<std::byte>> encode_as(const SectionStorage& storage, const LanePlan& plan,
-                                                std::span<const std::byte> column, const ColumnShape& shape) {
+                                                std::span<const std::byte> column,
+                                                const ColumnShape& shape) {
   std::vector<std::byte> filtered;
   if (!apply_filter(storage.filter, plan, column, shape, filtered)) return std::nullopt;
   std::vector<std::byte> bare = store({storage.filter, Codec::kNone}, filtered);
@@ -75,8 +76,8 @@ std::vector<std::byte> encode_section(std::span<const std::byte> column, const C
   return store({Filter::kPlain, Codec::kNone}, column);
 }
 
-std::optional<DecodeError> decode_section(std::span<const std::byte> section, const ColumnShape& shape,
-                                          std::span<std::byte> column) {
+std::optional<DecodeError> decode_section(std::span<const std::byte> section,
+                                          const ColumnShape& shape, std::span<std::byte> column) {
   CAIRN_CHECK(column.size() == shape.size_bytes());
   const auto storage = storage_of(section);
   if (!storage) return DecodeError{.what = "section head that names no filter and codec"};

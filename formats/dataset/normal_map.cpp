@@ -18,7 +18,8 @@ constexpr std::uint32_t kGrid = kNormalGrid;
 constexpr std::uint32_t kHalf = kGrid / 2;
 constexpr std::uint32_t kCornerCode = 6 * kGrid * kGrid;  // +(1,1,1); the next one is -(1,1,1)
 
-constexpr std::array<std::uint32_t, 4> kNext{1, 2, 0, 1};  // the axes after axis a are at a and a + 1
+constexpr std::array<std::uint32_t, 4> kNext{1, 2, 0,
+                                             1};  // the axes after axis a are at a and a + 1
 
 // Bends the grid lines: u = t (k + (1 - k) t^2) comes near to tan(t * 45 degrees), which would make the
 // cells of a row equal. This k makes the largest error over the whole sphere smallest.
@@ -81,7 +82,8 @@ std::uint32_t vertex_code(std::uint32_t face, std::uint32_t i, std::uint32_t j) 
 
 Normal unit(double x, double y, double z) {
   const double length = std::sqrt(x * x + y * y + z * z);
-  return {static_cast<float>(x / length), static_cast<float>(y / length), static_cast<float>(z / length)};
+  return {static_cast<float>(x / length), static_cast<float>(y / length),
+          static_cast<float>(z / length)};
 }
 
 Normal direction_of(std::uint32_t code) {

@@ -30,7 +30,8 @@ std::uint64_t reciprocal_of(std::uint64_t divisor) {
 /// factors of an inexact axis are below 2^32 and one of them is a code of at most 31 bits.
 std::uint32_t scale(std::uint32_t value, std::uint64_t numerator, std::uint64_t denominator,
                     std::uint64_t reciprocal) {
-  return static_cast<std::uint32_t>(divide(value * numerator + denominator / 2, denominator, reciprocal));
+  return static_cast<std::uint32_t>(
+      divide(value * numerator + denominator / 2, denominator, reciprocal));
 }
 
 }  // namespace
@@ -54,12 +55,15 @@ PositionQuantizer::PositionQuantizer(const GridBox& box, unsigned bits) : box_(b
 std::uint32_t PositionQuantizer::max_error_steps(int axis) const {
   const Axis& a = axes_[static_cast<std::size_t>(axis)];
   if (a.exact) return 0;
-  return static_cast<std::uint32_t>((std::uint64_t{a.span} + a.max_code) / (std::uint64_t{2} * a.max_code));
+  return static_cast<std::uint32_t>((std::uint64_t{a.span} + a.max_code) /
+                                    (std::uint64_t{2} * a.max_code));
 }
 
-std::uint32_t PositionQuantizer::encode_step(const Axis& axis, std::int32_t min, std::int32_t step) {
+std::uint32_t PositionQuantizer::encode_step(const Axis& axis, std::int32_t min,
+                                             std::int32_t step) {
   // The difference of two int32 fits in uint32 where step >= min.
-  const std::uint32_t d = step < min ? 0 : std::min(static_cast<std::uint32_t>(step) - axis.min, axis.span);
+  const std::uint32_t d =
+      step < min ? 0 : std::min(static_cast<std::uint32_t>(step) - axis.min, axis.span);
   return axis.exact ? d : scale(d, axis.max_code, axis.span, axis.span_reciprocal);
 }
 
@@ -75,7 +79,8 @@ void PositionQuantizer::encode_all(std::span<const GridPoint> points, std::span<
   CAIRN_CHECK(bits_ <= 8 * sizeof(Code));
   Code* out = codes.data();
   for (const GridPoint& p : points)
-    for (std::size_t a = 0; a < 3; ++a) *out++ = static_cast<Code>(encode_step(axes_[a], box_.min[a], p[a]));
+    for (std::size_t a = 0; a < 3; ++a)
+      *out++ = static_cast<Code>(encode_step(axes_[a], box_.min[a], p[a]));
 }
 
 template <typename Code>
@@ -86,23 +91,28 @@ void PositionQuantizer::decode_all(std::span<const Code> codes, std::span<GridPo
   if (exact()) {
     for (GridPoint& p : points)
       for (std::size_t a = 0; a < 3; ++a)
-        p[a] = static_cast<std::int32_t>(axes[a].min + std::min<std::uint32_t>(*in++, axes[a].max_code));
+        p[a] = static_cast<std::int32_t>(axes[a].min +
+                                         std::min<std::uint32_t>(*in++, axes[a].max_code));
     return;
   }
   for (GridPoint& p : points)
     for (std::size_t a = 0; a < 3; ++a) p[a] = decode_code(axes[a], *in++);
 }
 
-void PositionQuantizer::encode(std::span<const GridPoint> points, std::span<std::uint16_t> codes) const {
+void PositionQuantizer::encode(std::span<const GridPoint> points,
+                               std::span<std::uint16_t> codes) const {
   encode_all(points, codes);
 }
-void PositionQuantizer::encode(std::span<const GridPoint> points, std::span<std::uint32_t> codes) const {
+void PositionQuantizer::encode(std::span<const GridPoint> points,
+                               std::span<std::uint32_t> codes) const {
   encode_all(points, codes);
 }
-void PositionQuantizer::decode(std::span<const std::uint16_t> codes, std::span<GridPoint> points) const {
+void PositionQuantizer::decode(std::span<const std::uint16_t> codes,
+                               std::span<GridPoint> points) const {
   decode_all(codes, points);
 }
-void PositionQuantizer::decode(std::span<const std::uint32_t> codes, std::span<GridPoint> points) const {
+void PositionQuantizer::decode(std::span<const std::uint32_t> codes,
+                               std::span<GridPoint> points) const {
   decode_all(codes, points);
 }
 
@@ -123,7 +133,8 @@ RadiusQuantizer::RadiusQuantizer(float min, float max) {
 std::uint8_t RadiusQuantizer::encode(float radius) const {
   if (!(radius <= table_[255])) return 255;
   if (radius <= table_[0]) return 0;
-  const double estimate = (static_cast<double>(radius) - static_cast<double>(table_[0])) * codes_per_unit_;
+  const double estimate =
+      (static_cast<double>(radius) - static_cast<double>(table_[0])) * codes_per_unit_;
   // The estimate only says where to start: the table itself decides.
   auto code = static_cast<std::size_t>(std::min(estimate, 255.0));
   while (table_[code] < radius) ++code;
@@ -143,7 +154,8 @@ void RadiusQuantizer::decode(std::span<const std::uint8_t> codes, std::span<floa
 
 float RadiusQuantizer::max_error() const {
   float largest = 0;
-  for (std::size_t code = 1; code < 256; ++code) largest = std::max(largest, table_[code] - table_[code - 1]);
+  for (std::size_t code = 1; code < 256; ++code)
+    largest = std::max(largest, table_[code] - table_[code - 1]);
   // The subtraction may have rounded down.
   return largest > 0 ? std::nextafter(largest, std::numeric_limits<float>::max()) : 0;
 }

@@ -105,7 +105,8 @@ void read_remainders(const std::byte* in, unsigned width, std::span<U> values) {
     const unsigned shift = bit % 8;
     std::uint64_t word = load_le<std::uint64_t>(in + bit / 8) >> shift;
     if constexpr (sizeof(U) == 8) {  // only these can reach beyond the 8 bytes loaded
-      if (shift + width > 64) word |= std::to_integer<std::uint64_t>(in[bit / 8 + 8]) << (64 - shift);
+      if (shift + width > 64)
+        word |= std::to_integer<std::uint64_t>(in[bit / 8 + 8]) << (64 - shift);
     }
     values[i] = static_cast<U>(word & mask);
   }
@@ -149,7 +150,8 @@ void rice_encode(std::span<const U> values, std::vector<std::byte>& out) {
   out[at] = static_cast<std::byte>(choice.width | (choice.quotients ? kQuotientFlag : 0));
   write_remainders(values, choice.width, out.data() + at + 1);
   if (choice.quotients)
-    write_quotients(values, choice.width, out.data() + at + 1 + bytes_for(values.size() * choice.width));
+    write_quotients(values, choice.width,
+                    out.data() + at + 1 + bytes_for(values.size() * choice.width));
 }
 
 template <std::unsigned_integral U>
@@ -160,7 +162,8 @@ std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes, std::sp
   if (width > static_cast<unsigned>(std::numeric_limits<U>::digits)) return std::nullopt;
   const bool quotients = (head & kQuotientFlag) != 0;
   // A quotient above a full-width remainder would be shifted out, and by too much.
-  if (quotients && width == static_cast<unsigned>(std::numeric_limits<U>::digits)) return std::nullopt;
+  if (quotients && width == static_cast<unsigned>(std::numeric_limits<U>::digits))
+    return std::nullopt;
 
   bytes = bytes.subspan(1);
   const std::size_t remainder_bytes = bytes_for(values.size() * width);

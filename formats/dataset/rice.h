@@ -28,6 +28,7 @@ void rice_encode(std::span<const U> values, std::vector<std::byte>& out);
 /// Decodes values.size() <= kRiceBlock values from the start of `bytes` and returns how many bytes they
 /// took; nothing if the bytes end too early or name a width that U does not have.
 template <std::unsigned_integral U>
-[[nodiscard]] std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes, std::span<U> values);
+[[nodiscard]] std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes,
+                                                     std::span<U> values);
 
 }  // namespace cairn::formats

@@ -49,7 +49,8 @@ Tree::Tree(std::uint64_t points, std::uint32_t fanout, std::uint64_t target_poin
   if (fanout < kMinFanout || fanout > kMaxFanout)
     throw_usage("fanout " + std::to_string(fanout) + " is outside 2..64");
   if (target_points < fanout)
-    throw_usage("node-points " + std::to_string(target_points) + " is less than the fan-out " + std::to_string(fanout));
+    throw_usage("node-points " + std::to_string(target_points) + " is less than the fan-out " +
+                std::to_string(fanout));
   leaf_level_ = nearest_level(points, target_points, fanout);
   // Rounding down may leave leaves smaller than the fan-out; a child without a representative would
   // break the conservation of weights, so such a tree is one level shallower.
@@ -62,7 +63,8 @@ std::uint32_t Tree::best_fanout(std::uint64_t points, std::uint64_t target_point
   std::uint64_t best_distance = UINT64_MAX;
   for (std::uint32_t fanout = 2; fanout <= 8 && fanout <= target_points; ++fanout) {
     const std::uint64_t size = Tree(points, fanout, target_points).node_points();
-    const std::uint64_t distance = size > target_points ? size - target_points : target_points - size;
+    const std::uint64_t distance =
+        size > target_points ? size - target_points : target_points - size;
     if (distance < best_distance) {
       best = fanout;
       best_distance = distance;
@@ -73,7 +75,9 @@ std::uint32_t Tree::best_fanout(std::uint64_t points, std::uint64_t target_point
 
 std::uint64_t Tree::nodes_on(Level level) const { return power(fanout_, level); }
 
-std::uint64_t Tree::first_id_on(Level level) const { return (power(fanout_, level) - 1) / (fanout_ - 1); }
+std::uint64_t Tree::first_id_on(Level level) const {
+  return (power(fanout_, level) - 1) / (fanout_ - 1);
+}
 
 std::uint64_t Tree::node_count() const { return first_id_on(leaf_level_ + 1); }
 
@@ -89,7 +93,9 @@ Level Tree::level_of(NodeId id) const {
   return level;
 }
 
-std::uint64_t Tree::index_on_level(NodeId id) const { return value_of(id) - first_id_on(level_of(id)); }
+std::uint64_t Tree::index_on_level(NodeId id) const {
+  return value_of(id) - first_id_on(level_of(id));
+}
 
 NodeId Tree::parent(NodeId id) const {
   CAIRN_CHECK(value_of(id) != 0);

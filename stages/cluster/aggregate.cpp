@@ -48,7 +48,8 @@ struct Members {
 };
 
 Members list_members(std::span<const std::uint32_t> representative, std::uint64_t quota) {
-  Members members{std::vector<std::uint32_t>(quota + 1), std::vector<std::uint32_t>(representative.size())};
+  Members members{std::vector<std::uint32_t>(quota + 1),
+                  std::vector<std::uint32_t>(representative.size())};
   for (const std::uint32_t r : representative) {
     CAIRN_CHECK(r < quota);
     ++members.start[r + 1];
@@ -58,14 +59,17 @@ Members list_members(std::span<const std::uint32_t> representative, std::uint64_
     members.start[r + 1] += members.start[r];
   }
   std::vector<std::uint32_t> next(members.start.begin(), members.start.end() - 1);
-  for (std::uint32_t i = 0; i < representative.size(); ++i) members.point[next[representative[i]]++] = i;
+  for (std::uint32_t i = 0; i < representative.size(); ++i)
+    members.point[next[representative[i]]++] = i;
   return members;
 }
 
 class Aggregator {
  public:
   explicit Aggregator(const AggregateInput& input)
-      : in_(input), node_(input.node), members_(list_members(input.reduction.representative, input.quota)) {}
+      : in_(input),
+        node_(input.node),
+        members_(list_members(input.reduction.representative, input.quota)) {}
 
   WorkingNode run() {
     const std::size_t quota = in_.quota;
@@ -129,14 +133,16 @@ class Aggregator {
                            static_cast<Int128>(weight) * (static_cast<Int128>(d[axis]) * d[axis]);
       out_.squared_steps[axis] += static_cast<Uint128>(grown);
       // Single terms may pass 2^63; the total does not, so that adding modulo 2^64 gives it exactly.
-      out_.residual[r][axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(out_.residual[r][axis]) +
-                                                         static_cast<std::uint64_t>(residual) +
-                                                         weight * static_cast<std::uint64_t>(d[axis]));
+      out_.residual[r][axis] = static_cast<std::int64_t>(
+          static_cast<std::uint64_t>(out_.residual[r][axis]) +
+          static_cast<std::uint64_t>(residual) + weight * static_cast<std::uint64_t>(d[axis]));
     }
-    const double distance = std::sqrt(squared_distance(in_.grid, node_.data.position[i], position)) * kRoundUp;
+    const double distance =
+        std::sqrt(squared_distance(in_.grid, node_.data.position[i], position)) * kRoundUp;
     const double inner = node_.bound.empty() ? 0 : node_.bound[i];
     out_.bound[r] = std::max(out_.bound[r], (distance + inner) * kRoundUp);
-    out_.reach[r] = std::max(out_.reach[r], (distance + in_.displacement + double{in_.decoded_radius[i]}) * kRoundUp);
+    out_.reach[r] = std::max(
+        out_.reach[r], (distance + in_.displacement + double{in_.decoded_radius[i]}) * kRoundUp);
   }
 
   void merge_attributes() {
@@ -151,7 +157,8 @@ class Aggregator {
 
   void copy_value(std::size_t a, std::size_t r, std::uint32_t point) {
     const std::size_t size = in_.schema[a].size_bytes();
-    std::memcpy(out_.data.attributes[a].data() + r * size, node_.data.attributes[a].data() + point * size, size);
+    std::memcpy(out_.data.attributes[a].data() + r * size,
+                node_.data.attributes[a].data() + point * size, size);
   }
 
   void merge_normals(std::size_t a) {
@@ -164,30 +171,37 @@ class Aggregator {
       std::uint32_t heaviest = members_.of(r)[0];
       for (const std::uint32_t i : members_.of(r)) {
         for (std::size_t c = 0; c < 3; ++c)
-          sum[c] += node_.normal_sum.empty() ? std::llround(double{node_.normal[i][c]} * kNormalUnits) : node_.normal_sum[i][c];
+          sum[c] += node_.normal_sum.empty()
+                        ? std::llround(double{node_.normal[i][c]} * kNormalUnits)
+                        : node_.normal_sum[i][c];
         if (node_.weight_of(i) > node_.weight_of(heaviest)) heaviest = i;
       }
       out_.normal_sum[r] = sum;
       const std::uint32_t fallback = sampled() ? in_.reduction.chosen[r] : heaviest;
-      out_.normal[r] = sampled() ? node_.normal[fallback] : direction(sum, out_.data.weight[r], node_.normal[fallback]);
+      out_.normal[r] = sampled() ? node_.normal[fallback]
+                                 : direction(sum, out_.data.weight[r], node_.normal[fallback]);
       for (std::size_t c = 0; c < 3; ++c)
-        formats::store_scalar(out_.data.attributes[a].data() + r * attribute.size_bytes() + c * formats::size_bytes(attribute.type),
+        formats::store_scalar(out_.data.attributes[a].data() + r * attribute.size_bytes() +
+                                  c * formats::size_bytes(attribute.type),
                               attribute.type, double{out_.normal[r][c]});
     }
   }
 
   /// The unit vector along `sum`, or `fallback` where the normals cancel to a thousandth.
   static Normal direction(const Steps& sum, std::uint64_t weight, const Normal& fallback) {
-    const double x = static_cast<double>(sum[0]), y = static_cast<double>(sum[1]), z = static_cast<double>(sum[2]);
+    const double x = static_cast<double>(sum[0]), y = static_cast<double>(sum[1]),
+                 z = static_cast<double>(sum[2]);
     const double length = std::sqrt(x * x + y * y + z * z);
     if (!(length > 1e-3 * kNormalUnits * static_cast<double>(weight))) return fallback;
-    return {static_cast<float>(x / length), static_cast<float>(y / length), static_cast<float>(z / length)};
+    return {static_cast<float>(x / length), static_cast<float>(y / length),
+            static_cast<float>(z / length)};
   }
 
   void merge_means(std::size_t a) {
     const Attribute& attribute = in_.schema[a];
     const std::size_t scalar = formats::size_bytes(attribute.type);
-    const bool integer = attribute.type != formats::ScalarType::kF32 && attribute.type != formats::ScalarType::kF64;
+    const bool integer =
+        attribute.type != formats::ScalarType::kF32 && attribute.type != formats::ScalarType::kF64;
     out_.mean_sum[a].resize(in_.quota * attribute.components);
     out_.data.attributes[a].resize(in_.quota * attribute.size_bytes());
     const bool leaf = node_.mean_sum.empty();
@@ -196,7 +210,8 @@ class Aggregator {
         double sum = 0;
         for (const std::uint32_t i : members_.of(r)) {
           const std::size_t at = std::size_t{i} * attribute.components + c;
-          sum += leaf ? formats::load_scalar(node_.data.attributes[a].data() + at * scalar, attribute.type)
+          sum += leaf ? formats::load_scalar(node_.data.attributes[a].data() + at * scalar,
+                                             attribute.type)
                       : node_.mean_sum[a][at];
         }
         const std::size_t at = r * attribute.components + c;
@@ -216,7 +231,10 @@ class Aggregator {
     for (std::size_t r = 0; r < in_.quota; ++r) {
       votes.clear();
       for (const std::uint32_t i : members_.of(r))
-        votes.emplace_back(formats::load_scalar(node_.data.attributes[a].data() + i * attribute.size_bytes(), attribute.type), i);
+        votes.emplace_back(
+            formats::load_scalar(node_.data.attributes[a].data() + i * attribute.size_bytes(),
+                                 attribute.type),
+            i);
       copy_value(a, r, sampled() ? in_.reduction.chosen[r] : winner_of(votes));
     }
   }
@@ -229,7 +247,8 @@ class Aggregator {
     for (std::size_t first = 0; first < votes.size();) {
       std::size_t last = first;
       std::uint64_t weight = 0;
-      while (last < votes.size() && votes[last].first == votes[first].first) weight += node_.weight_of(votes[last++].second);
+      while (last < votes.size() && votes[last].first == votes[first].first)
+        weight += node_.weight_of(votes[last++].second);
       if (weight > best_weight) {
         best = votes[first].second;
         best_weight = weight;

@@ -27,6 +27,7 @@ std::vector<std::uint32_t> cut_lists(std::span<const std::uint64_t> keys, int ce
 /// one again and again (lists of one length are shortened evenly spread along the curve) and no list
 /// below one. If even that leaves more than `quota`, every target is one.
 /// Requires quota <= sum of `lengths`, all lengths >= 1.
-std::vector<std::uint32_t> level_lengths(std::span<const std::uint32_t> lengths, std::uint64_t quota);
+std::vector<std::uint32_t> level_lengths(std::span<const std::uint32_t> lengths,
+                                         std::uint64_t quota);
 
 }  // namespace cairn::stages

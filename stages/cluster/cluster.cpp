@@ -30,7 +30,8 @@ struct Decoded {
 Decoded foresee_quantisation(const DatasetHeader& header, const WorkingNode& node, bool leaf) {
   formats::GridBox box;
   for (const formats::GridPoint& p : node.data.position) box.add(p);
-  const formats::PositionQuantizer quantizer(box, leaf && header.lossless_leaves ? 32 : header.position_bits);
+  const formats::PositionQuantizer quantizer(
+      box, leaf && header.lossless_leaves ? 32 : header.position_bits);
   double squared = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const double moved = header.grid.step[axis] * quantizer.max_error_steps(axis);
@@ -65,7 +66,8 @@ void append_block(WorkingNode& node, const WorkingNode& block) {
     append(node.data.attributes[a], block.data.attributes[a]);
     append(node.mean_sum[a], block.mean_sum[a]);
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) node.squared_steps[axis] += block.squared_steps[axis];
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    node.squared_steps[axis] += block.squared_steps[axis];
   node.box.add(block.box);
   node.weight += block.weight;
   node.digest += block.digest;
@@ -91,13 +93,15 @@ class TreeClusterer {
       return {};
     }
     const CurveOrder curve = order_along_curve(in_.header.grid, node.data.position, in_.grid);
-    if (node.data.radius.empty()) node.data.radius = radii_from_density(in_.header.grid, node.data.position, curve);
+    if (node.data.radius.empty())
+      node.data.radius = radii_from_density(in_.header.grid, node.data.position, curve);
     const std::uint64_t quota = tree_.quota(id);
-    Reduction reduction =
-        in_.reducer.reduce({id, in_.header.grid, node.data.position, node.data.weight, node.normal, curve}, quota);
+    Reduction reduction = in_.reducer.reduce(
+        {id, in_.header.grid, node.data.position, node.data.weight, node.normal, curve}, quota);
     if (leaf) group_by_representative(node, curve, reduction);
     const Decoded decoded = foresee_quantisation(in_.header, node, leaf);
-    WorkingNode share = aggregate({node, reduction, quota, in_.header.grid, in_.header.schema, decoded.radius, decoded.displacement});
+    WorkingNode share = aggregate({node, reduction, quota, in_.header.grid, in_.header.schema,
+                                   decoded.radius, decoded.displacement});
     share.box = node.box;
     share.weight = node.weight;
     share.digest = node.digest;
@@ -109,7 +113,8 @@ class TreeClusterer {
   WorkingNode load(std::uint64_t index) {
     const IndexRange range = tree_.input_range(tree_.leaf_level(), index);
     const std::uint64_t offset = range.first * in_.stride, size_bytes = range.count * in_.stride;
-    WorkingNode leaf = load_leaf(in_.header, in_.records.bytes().subspan(offset, size_bytes), in_.stride);
+    WorkingNode leaf =
+        load_leaf(in_.header, in_.records.bytes().subspan(offset, size_bytes), in_.stride);
     in_.records.release(offset, size_bytes);
     context_.progress->advance(range.count);
     return leaf;
@@ -117,7 +122,9 @@ class TreeClusterer {
 
   WorkingNode gather(Level level, std::uint64_t index) {
     std::vector<WorkingNode> shares(tree_.fanout());
-    for_each_piece(tree_.fanout(), [&](std::uint64_t i) { shares[i] = visit(level + 1, index * tree_.fanout() + i); });
+    for_each_piece(tree_.fanout(), [&](std::uint64_t i) {
+      shares[i] = visit(level + 1, index * tree_.fanout() + i);
+    });
     WorkingNode node;
     for (WorkingNode& share : shares) {
       append_block(node, share);
@@ -129,7 +136,8 @@ class TreeClusterer {
   /// Brings a leaf that is the whole tree into curve order.
   void follow_curve(WorkingNode& leaf) {
     const CurveOrder curve = order_along_curve(in_.header.grid, leaf.data.position, in_.grid);
-    if (leaf.data.radius.empty()) leaf.data.radius = radii_from_density(in_.header.grid, leaf.data.position, curve);
+    if (leaf.data.radius.empty())
+      leaf.data.radius = radii_from_density(in_.header.grid, leaf.data.position, curve);
     reorder_leaf(leaf, in_.header.schema, curve.order);
   }
 
@@ -171,8 +179,10 @@ class TreeClusterer {
     clustered.subtree_box = node.box;
     clustered.weight = node.weight;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      clustered.squared_error += in_.header.grid.step[axis] * in_.header.grid.step[axis] * static_cast<double>(node.squared_steps[axis]);
-    clustered.bound = node.bound.empty() ? 0 : *std::max_element(node.bound.begin(), node.bound.end());
+      clustered.squared_error += in_.header.grid.step[axis] * in_.header.grid.step[axis] *
+                                 static_cast<double>(node.squared_steps[axis]);
+    clustered.bound =
+        node.bound.empty() ? 0 : *std::max_element(node.bound.begin(), node.bound.end());
     clustered.reach = std::move(node.reach);
     clustered.theta = node.theta;
     clustered.grid = node.grid;
@@ -186,18 +196,22 @@ class TreeClusterer {
   Context& context_;
 };
 
-}  // namespace
-
-std::uint64_t cluster_worker_bytes(const DatasetHeader& header, std::size_t stride) {
-  const Tree tree = header.tree();
-  const std::uint64_t node_bytes = tree.node_points() * (2 * stride + 220);
-  const std::uint64_t share_bytes = tree.node_points() * (stride + 110);
+/// Memory that one worker may hold, by measurement rounded up: its node, and the shares that wait on the
+/// path to the root.
+std::uint64_t worker_bytes(const ClusterInput& input) {
+  const Tree tree = input.header.tree();
+  const std::uint64_t node_bytes = tree.node_points() * (2 * input.stride + 220);
+  const std::uint64_t share_bytes = tree.node_points() * (input.stride + 110);
   return node_bytes + share_bytes * std::max<Level>(1, tree.leaf_level());
 }
 
+}  // namespace
+
 void cluster(const ClusterInput& input, NodeSink& sink, Context& context) {
   context.progress->begin("cluster", input.header.points);
-  TreeClusterer(input, sink, context).visit(0, 0);
+  // Each worker holds a path of the tree; where memory is short fewer work at a time.
+  run_in_arena(workers_within(context, worker_bytes(input)),
+               [&] { TreeClusterer(input, sink, context).visit(0, 0); });
   context.progress->end();
 }
 

@@ -24,10 +24,6 @@ struct ClusterInput {
   std::optional<std::uint32_t> grid;  ///< K as in ClusterOptions
 };
 
-/// Memory that one worker of cluster() may hold at a time, by measurement rounded up: its node, and the
-/// shares that wait on the path to the root.
-std::uint64_t cluster_worker_bytes(const formats::DatasetHeader& header, std::size_t stride);
-
 /// Clusters the whole tree and hands every node to `sink`.
 void cluster(const ClusterInput& input, NodeSink& sink, Context& context);
 

@@ -35,8 +35,9 @@ class Clustering {
       const std::uint32_t point = order[i];
       Cluster& cluster = clusters_[i];
       for (std::size_t axis = 0; axis < 3; ++axis)
-        cluster.center[axis] = static_cast<double>(std::int64_t{node.position[point][axis]} - origin[axis]) *
-                               node.grid.step[axis] * node.curve.cells_per_unit;
+        cluster.center[axis] =
+            static_cast<double>(std::int64_t{node.position[point][axis]} - origin[axis]) *
+            node.grid.step[axis] * node.curve.cells_per_unit;
       cluster.weight = node.weight.empty() ? 1.0 : static_cast<double>(node.weight[point]);
       cluster.normal = node.normal.empty() ? Normal{0, 0, 0} : node.normal[point];
       parent_[i] = i;
@@ -74,11 +75,13 @@ class Clustering {
 void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
   const double min_cosine = std::cos(theta_degrees * std::numbers::pi / 180.0);
   const auto joins = [&](std::uint32_t first, std::uint32_t i) {
-    if (node_.position[node_.curve.order[first]] != node_.position[node_.curve.order[i]]) return false;
+    if (node_.position[node_.curve.order[first]] != node_.position[node_.curve.order[i]])
+      return false;
     const Normal& a = clusters_[first].normal;
     const Normal& b = clusters_[i].normal;
     const double dot = double{a[0]} * b[0] + double{a[1]} * b[1] + double{a[2]} * b[2];
-    const bool both = (a[0] != 0 || a[1] != 0 || a[2] != 0) && (b[0] != 0 || b[1] != 0 || b[2] != 0);
+    const bool both =
+        (a[0] != 0 || a[1] != 0 || a[2] != 0) && (b[0] != 0 || b[1] != 0 || b[2] != 0);
     return !both || dot >= min_cosine;
   };
   std::vector<std::uint32_t> group_of(clusters_.size());  // first place of the group
@@ -193,10 +196,14 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
     if (clustering.count() > quota) cell_bits = std::max(0, cell_bits - 1);
   }
   const int coarsened = node.curve.cell_bits - cell_bits;
-  const std::uint32_t cells = options_.grid && coarsened >= 0 ? std::max(1U, *options_.grid >> coarsened)
-                                                              : std::uint32_t{1} << cell_bits;
-  return {.representative = clustering.representatives(), .chosen = {},
-          .theta_degrees = node.normal.empty() ? 0 : std::max(options_.theta.start_degrees, clustering.theta_reached()),
+  const std::uint32_t cells = options_.grid && coarsened >= 0
+                                  ? std::max(1U, *options_.grid >> coarsened)
+                                  : std::uint32_t{1} << cell_bits;
+  return {.representative = clustering.representatives(),
+          .chosen = {},
+          .theta_degrees = node.normal.empty()
+                               ? 0
+                               : std::max(options_.theta.start_degrees, clustering.theta_reached()),
           .grid = cells};
 }
 

@@ -20,15 +20,23 @@ void gather_fixed(const std::byte* from, std::size_t stride, std::size_t count, 
 }
 
 /// Copies `size` bytes from every record into a dense column.
-void gather(const std::byte* from, std::size_t stride, std::size_t count, std::size_t size, std::byte* to) {
+void gather(const std::byte* from, std::size_t stride, std::size_t count, std::size_t size,
+            std::byte* to) {
   switch (size) {
-    case 1: return gather_fixed<1>(from, stride, count, to);
-    case 2: return gather_fixed<2>(from, stride, count, to);
-    case 3: return gather_fixed<3>(from, stride, count, to);
-    case 4: return gather_fixed<4>(from, stride, count, to);
-    case 6: return gather_fixed<6>(from, stride, count, to);
-    case 8: return gather_fixed<8>(from, stride, count, to);
-    case 12: return gather_fixed<12>(from, stride, count, to);
+    case 1:
+      return gather_fixed<1>(from, stride, count, to);
+    case 2:
+      return gather_fixed<2>(from, stride, count, to);
+    case 3:
+      return gather_fixed<3>(from, stride, count, to);
+    case 4:
+      return gather_fixed<4>(from, stride, count, to);
+    case 6:
+      return gather_fixed<6>(from, stride, count, to);
+    case 8:
+      return gather_fixed<8>(from, stride, count, to);
+    case 12:
+      return gather_fixed<12>(from, stride, count, to);
     default:
       for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * size, from + i * stride, size);
   }
@@ -37,12 +45,14 @@ void gather(const std::byte* from, std::size_t stride, std::size_t count, std::s
 Normal unit_normal(double x, double y, double z) {
   // Scaled by the largest component first, so that squares neither overflow nor vanish.
   const double largest = std::fmax(std::fabs(x), std::fmax(std::fabs(y), std::fabs(z)));
-  if (!(largest > 0) || !std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z)) return {0, 0, 0};
+  if (!(largest > 0) || !std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z))
+    return {0, 0, 0};
   x /= largest;
   y /= largest;
   z /= largest;
   const double length = std::sqrt(x * x + y * y + z * z);
-  return {static_cast<float>(x / length), static_cast<float>(y / length), static_cast<float>(z / length)};
+  return {static_cast<float>(x / length), static_cast<float>(y / length),
+          static_cast<float>(z / length)};
 }
 
 std::vector<Normal> unit_normals(const std::vector<std::byte>& column, formats::ScalarType type) {
@@ -65,11 +75,13 @@ void permute(std::vector<T>& values, std::span<const std::uint32_t> order) {
 
 }  // namespace
 
-WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std::byte> records, std::size_t stride) {
+WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std::byte> records,
+                      std::size_t stride) {
   const std::size_t count = records.size() / stride;
   WorkingNode leaf;
   leaf.data.position.resize(count);
-  gather(records.data(), stride, count, 12, reinterpret_cast<std::byte*>(leaf.data.position.data()));
+  gather(records.data(), stride, count, 12,
+         reinterpret_cast<std::byte*>(leaf.data.position.data()));
   const formats::RecordLayout layout(header.schema, 12);
   leaf.data.attributes.resize(header.schema.size());
   for (std::size_t a = 0; a < header.schema.size(); ++a) {
@@ -82,7 +94,8 @@ WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std:
   if (header.radius_from_input) {
     CAIRN_CHECK(stride == layout.stride + sizeof(float));
     leaf.data.radius.resize(count);
-    gather(records.data() + layout.stride, stride, count, 4, reinterpret_cast<std::byte*>(leaf.data.radius.data()));
+    gather(records.data() + layout.stride, stride, count, 4,
+           reinterpret_cast<std::byte*>(leaf.data.radius.data()));
     for (float& radius : leaf.data.radius)
       if (!(radius >= 0) || !std::isfinite(radius)) radius = 0;
   }
@@ -92,7 +105,8 @@ WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std:
   return leaf;
 }
 
-void reorder_leaf(WorkingNode& leaf, const formats::Schema& schema, std::span<const std::uint32_t> order) {
+void reorder_leaf(WorkingNode& leaf, const formats::Schema& schema,
+                  std::span<const std::uint32_t> order) {
   permute(leaf.data.position, order);
   permute(leaf.data.radius, order);
   if (!leaf.normal.empty()) permute(leaf.normal, order);

@@ -11,9 +11,11 @@ namespace cairn::stages {
 /// `records` holds the leaf's points: 12-byte grid position, the schema's attributes, then a float32
 /// radius if the header says so. Radii that are negative, infinite or NaN become 0; normals are brought
 /// to unit length, or to zero where they have none.
-WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std::byte> records, std::size_t stride);
+WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std::byte> records,
+                      std::size_t stride);
 
 /// Puts the points of a leaf into the order `order`: new point i is old point order[i].
-void reorder_leaf(WorkingNode& leaf, const formats::Schema& schema, std::span<const std::uint32_t> order);
+void reorder_leaf(WorkingNode& leaf, const formats::Schema& schema,
+                  std::span<const std::uint32_t> order);
 
 }  // namespace cairn::stages

@@ -25,12 +25,14 @@ std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_
   alignas(32) Keys keys;
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const float dx = list.x[j] - x, dy = list.y[j] - y, dz = list.z[j] - z;
-    const float cost = (dx * dx + dy * dy + dz * dz) * (w * (list.weight[j] / (w + list.weight[j])));
+    const float cost =
+        (dx * dx + dy * dy + dz * dz) * (w * (list.weight[j] / (w + list.weight[j])));
     const float dot = list.nx[j] * nx + list.ny[j] * ny + list.nz[j] * nz;
     const float other = list.nx[j] * list.nx[j] + list.ny[j] * list.ny[j] + list.nz[j] * list.nz[j];
     // A missing normal makes both sides zero.
     const float limit = own * other > 0.25F ? min_cosine : -2.0F;
-    const std::int32_t key = (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | static_cast<std::int32_t>(j);
+    const std::int32_t key =
+        (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | static_cast<std::int32_t>(j);
     keys[j] = dot >= limit ? key : kBlocked;
   }
   keys[i] = kBlocked;
@@ -41,7 +43,9 @@ std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_
 
 float cosine_of_limit(float theta_degrees) {
   if (theta_degrees >= 180.0F) return -2.0F;
-  return static_cast<float>(std::cos(static_cast<double>(theta_degrees) * std::numbers::pi / 180.0)) - 1e-6F;
+  return static_cast<float>(
+             std::cos(static_cast<double>(theta_degrees) * std::numbers::pi / 180.0)) -
+         1e-6F;
 }
 
 void merge_into(MergeList& list, std::uint32_t a, std::uint32_t b) {
@@ -83,7 +87,8 @@ void remove_marked(MergeList& list, const std::array<bool, kMaxListLength>& remo
 }
 
 /// Pairs that are each other's cheapest partner, as keys of (cost, first), ascending.
-std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& partner, Keys& pairs) {
+std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& partner,
+                               Keys& pairs) {
   for (std::uint32_t i = 0; i < list.count; ++i) partner[i] = cheapest_partner(list, i, min_cosine);
   std::uint32_t found = 0;
   for (std::uint32_t i = 0; i < list.count; ++i) {
@@ -106,7 +111,8 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
   while (list.count > target) {
     const std::uint32_t found = reciprocal_pairs(list, min_cosine, partner, pairs);
     if (found == 0) {
-      outcome.theta_degrees = std::min(180.0F, std::max(1.0F, outcome.theta_degrees * theta.relaxation));
+      outcome.theta_degrees =
+          std::min(180.0F, std::max(1.0F, outcome.theta_degrees * theta.relaxation));
       min_cosine = cosine_of_limit(outcome.theta_degrees);
       continue;
     }

@@ -16,7 +16,8 @@ namespace cairn::stages {
 struct alignas(32) MergeList {
   std::array<float, kMaxListLength> x, y, z;
   std::array<float, kMaxListLength> weight;
-  std::array<float, kMaxListLength> nx, ny, nz;  ///< mean normal, unit; all zero: none, agrees with every other
+  std::array<float, kMaxListLength> nx, ny,
+      nz;  ///< mean normal, unit; all zero: none, agrees with every other
   std::array<std::uint32_t, kMaxListLength> id;  ///< of the caller's
   std::uint32_t count = 0;
 };

@@ -12,7 +12,8 @@ std::unique_ptr<Reducer> make_reducer(std::string_view name, const ClusterOption
   if (name == "cluster") return std::make_unique<ClusterReducer>(options);
   if (name == "first") return std::make_unique<SamplingReducer>(SamplingReducer::Pick::kFirst);
   if (name == "random") return std::make_unique<SamplingReducer>(SamplingReducer::Pick::kRandom);
-  formats::throw_usage("unknown reducer '" + std::string(name) + "': expected cluster, first or random");
+  formats::throw_usage("unknown reducer '" + std::string(name) +
+                       "': expected cluster, first or random");
 }
 
 }  // namespace cairn::stages

@@ -33,8 +33,10 @@ struct Reduction {
   std::vector<std::uint32_t> representative;
   /// For each representative the point whose values it takes; empty: it is the mean of its points.
   std::vector<std::uint32_t> chosen;
-  float theta_degrees = 0;  ///< largest threshold that merging was relaxed to; 0 if normals played no part
-  std::uint32_t grid = 0;   ///< cells along the longest axis of the coarsest grid used; 0 if none was
+  float theta_degrees =
+      0;  ///< largest threshold that merging was relaxed to; 0 if normals played no part
+  std::uint32_t grid =
+      0;  ///< cells along the longest axis of the coarsest grid used; 0 if none was
 };
 
 class Reducer {

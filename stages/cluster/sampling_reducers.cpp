@@ -25,7 +25,8 @@ Reduction SamplingReducer::reduce(const NodeView& node, std::uint64_t quota) con
     const std::uint64_t first = run * count / quota, last = (run + 1) * count / quota;
     for (std::uint64_t i = first; i < last; ++i)
       reduction.representative[node.curve.order[i]] = static_cast<std::uint32_t>(run);
-    const std::uint64_t pick = pick_ == Pick::kFirst ? 0 : mix(formats::value_of(node.id), run) % (last - first);
+    const std::uint64_t pick =
+        pick_ == Pick::kFirst ? 0 : mix(formats::value_of(node.id), run) % (last - first);
     reduction.chosen.push_back(node.curve.order[first + pick]);
   }
   return reduction;

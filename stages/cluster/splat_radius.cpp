@@ -26,13 +26,15 @@ double spacing(const Grid& grid, const GridBox& box, std::uint64_t count) {
   // A box through the outermost points lacks half a spacing at each side.
   const double per_side = std::sqrt(static_cast<double>(count));
   const double area = side[2] * side[1];
-  if (area > 0 && count >= 4) return std::max(std::sqrt(area) / (per_side - 1), side[2] / (static_cast<double>(count) - 1));
+  if (area > 0 && count >= 4)
+    return std::max(std::sqrt(area) / (per_side - 1), side[2] / (static_cast<double>(count) - 1));
   return count >= 2 ? side[2] / (static_cast<double>(count) - 1) : 0;
 }
 
 }  // namespace
 
-std::vector<float> radii_from_density(const Grid& grid, std::span<const GridPoint> points, const CurveOrder& curve) {
+std::vector<float> radii_from_density(const Grid& grid, std::span<const GridPoint> points,
+                                      const CurveOrder& curve) {
   const std::vector<std::uint32_t> starts = cut_lists(curve.key, auto_cell_bits(curve.key));
   std::vector<double> spacings;
   double sum = 0;
@@ -52,7 +54,8 @@ std::vector<float> radii_from_density(const Grid& grid, std::span<const GridPoin
   std::vector<float> radii(points.size());
   for (std::size_t list = 0; list + 1 < starts.size(); ++list) {
     const double radius = kHalfDiagonal * (spacings[list] > 0 ? spacings[list] : fallback);
-    const float rounded = static_cast<float>(std::min(radius, double{std::numeric_limits<float>::max()}));
+    const float rounded =
+        static_cast<float>(std::min(radius, double{std::numeric_limits<float>::max()}));
     for (std::uint32_t i = starts[list]; i < starts[list + 1]; ++i) radii[curve.order[i]] = rounded;
   }
   return radii;

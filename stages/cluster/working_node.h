@@ -24,10 +24,14 @@ struct WorkingNode {
   formats::NodeData data;
   std::vector<formats::Normal> normal;  ///< unit, or zero for none; empty: the dataset has none
 
-  std::vector<Steps> residual;    ///< (*) sum over a point's input points of (input - position), in steps: exact
-  std::vector<double> bound;      ///< (*) world units: no input point of this point is farther from it; rounded up
-  std::vector<double> reach;      ///< (*) world units: how far the spheres that it stands for reach from it
-  std::vector<Steps> normal_sum;  ///< (*) sum over input points of their normals, kNormalUnits each; empty: no normals
+  std::vector<Steps>
+      residual;  ///< (*) sum over a point's input points of (input - position), in steps: exact
+  std::vector<double>
+      bound;  ///< (*) world units: no input point of this point is farther from it; rounded up
+  std::vector<double>
+      reach;  ///< (*) world units: how far the spheres that it stands for reach from it
+  std::vector<Steps>
+      normal_sum;  ///< (*) sum over input points of their normals, kNormalUnits each; empty: no normals
   /// (*) for each attribute with rule kMean the sums over input points, components interleaved. Sums of
   /// integers are exact below 2^53.
   std::vector<std::vector<double>> mean_sum;
@@ -37,7 +41,7 @@ struct WorkingNode {
   formats::GridBox box;  ///< tight box of all points below
   std::uint64_t weight = 0;
   formats::Digest digest;
-  float theta = 0;         ///< of the merging that made these points
+  float theta = 0;  ///< of the merging that made these points
   std::uint32_t grid = 0;
 
   std::size_t count() const { return data.count(); }

@@ -19,7 +19,8 @@ namespace {
 
 bool is_float(ScalarType type) { return type == ScalarType::kF32 || type == ScalarType::kF64; }
 bool is_signed(ScalarType type) {
-  return type == ScalarType::kI8 || type == ScalarType::kI16 || type == ScalarType::kI32 || type == ScalarType::kI64;
+  return type == ScalarType::kI8 || type == ScalarType::kI16 || type == ScalarType::kI32 ||
+         type == ScalarType::kI64;
 }
 
 /// The narrowest type that holds every value of both; float64 where no integer type does.
@@ -28,24 +29,31 @@ ScalarType common_type(ScalarType a, ScalarType b) {
   const std::size_t size_a = formats::size_bytes(a), size_b = formats::size_bytes(b);
   if (is_float(a) || is_float(b)) {
     // float32 holds all integers of up to 16 bits.
-    const bool narrow = a != ScalarType::kF64 && b != ScalarType::kF64 && (is_float(a) || size_a <= 2) &&
-                        (is_float(b) || size_b <= 2);
+    const bool narrow = a != ScalarType::kF64 && b != ScalarType::kF64 &&
+                        (is_float(a) || size_a <= 2) && (is_float(b) || size_b <= 2);
     return narrow ? ScalarType::kF32 : ScalarType::kF64;
   }
   if (!is_signed(a) && !is_signed(b)) return size_a > size_b ? a : b;
   // An unsigned partner needs one bit more.
-  const std::size_t need = std::max(is_signed(a) ? size_a : 2 * size_a, is_signed(b) ? size_b : 2 * size_b);
+  const std::size_t need =
+      std::max(is_signed(a) ? size_a : 2 * size_a, is_signed(b) ? size_b : 2 * size_b);
   switch (need) {
-    case 1: return ScalarType::kI8;
-    case 2: return ScalarType::kI16;
-    case 4: return ScalarType::kI32;
-    case 8: return ScalarType::kI64;
-    default: return ScalarType::kF64;
+    case 1:
+      return ScalarType::kI8;
+    case 2:
+      return ScalarType::kI16;
+    case 4:
+      return ScalarType::kI32;
+    case 8:
+      return ScalarType::kI64;
+    default:
+      return ScalarType::kF64;
   }
 }
 
 template <std::size_t kSize>
-void copy_strided(const std::byte* source, std::span<const std::uint32_t> kept, std::byte* out, std::size_t stride) {
+void copy_strided(const std::byte* source, std::span<const std::uint32_t> kept, std::byte* out,
+                  std::size_t stride) {
   for (const std::uint32_t i : kept) {
     std::memcpy(out, source + kSize * i, kSize);
     out += stride;
@@ -60,7 +68,8 @@ void merge_into(Schema& schema, const Attribute& attribute, const formats::ScanI
   }
   Attribute& merged = schema[*known];
   if (merged.components != attribute.components)
-    formats::throw_input({.what = "attribute '" + attribute.name + "' has another number of components than in the scans before",
+    formats::throw_input({.what = "attribute '" + attribute.name +
+                                  "' has another number of components than in the scans before",
                           .path = scan.path,
                           .found = std::to_string(attribute.components),
                           .expected = std::to_string(merged.components) + " (or drop it)"});
@@ -69,7 +78,8 @@ void merge_into(Schema& schema, const Attribute& attribute, const formats::ScanI
 
 }  // namespace
 
-Schema merge_schemas(std::span<const formats::ScanInfo* const> scans, const std::vector<std::string>& drop) {
+Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
+                     const std::vector<std::string>& drop) {
   Schema schema;
   for (const formats::ScanInfo* scan : scans)
     for (const Attribute& attribute : scan->schema) merge_into(schema, attribute, *scan);
@@ -91,8 +101,8 @@ RecordConverter::RecordConverter(const formats::ScanInfo& scan, const Schema& ca
     const auto source = formats::find_attribute(scan.schema, campaign[i].name);
     if (!source) continue;
     const Attribute& from = scan.schema[*source];
-    const bool widen = campaign[i].name == formats::attribute_name::kColor && from.type == ScalarType::kU8 &&
-                       campaign[i].type == ScalarType::kU16;
+    const bool widen = campaign[i].name == formats::attribute_name::kColor &&
+                       from.type == ScalarType::kU8 && campaign[i].type == ScalarType::kU16;
     columns_.push_back({*source, layout.offsets[i], from, campaign[i], widen ? 257.0 : 1.0});
   }
 }
@@ -130,14 +140,22 @@ void RecordConverter::copy_column(const Column& column, const formats::PointBloc
   const std::size_t size = column.from.size_bytes();
   if (column.from.type == column.to.type) {
     switch (size) {
-      case 1: return copy_strided<1>(source, kept, target, layout_.stride);
-      case 2: return copy_strided<2>(source, kept, target, layout_.stride);
-      case 3: return copy_strided<3>(source, kept, target, layout_.stride);
-      case 4: return copy_strided<4>(source, kept, target, layout_.stride);
-      case 6: return copy_strided<6>(source, kept, target, layout_.stride);
-      case 8: return copy_strided<8>(source, kept, target, layout_.stride);
-      case 12: return copy_strided<12>(source, kept, target, layout_.stride);
-      default: break;
+      case 1:
+        return copy_strided<1>(source, kept, target, layout_.stride);
+      case 2:
+        return copy_strided<2>(source, kept, target, layout_.stride);
+      case 3:
+        return copy_strided<3>(source, kept, target, layout_.stride);
+      case 4:
+        return copy_strided<4>(source, kept, target, layout_.stride);
+      case 6:
+        return copy_strided<6>(source, kept, target, layout_.stride);
+      case 8:
+        return copy_strided<8>(source, kept, target, layout_.stride);
+      case 12:
+        return copy_strided<12>(source, kept, target, layout_.stride);
+      default:
+        break;
     }
     for (const std::uint32_t i : kept) {
       std::memcpy(target, source + size * i, size);
@@ -145,11 +163,13 @@ void RecordConverter::copy_column(const Column& column, const formats::PointBloc
     }
     return;
   }
-  const std::size_t from_size = formats::size_bytes(column.from.type), to_size = formats::size_bytes(column.to.type);
+  const std::size_t from_size = formats::size_bytes(column.from.type),
+                    to_size = formats::size_bytes(column.to.type);
   for (const std::uint32_t i : kept) {
     for (std::size_t c = 0; c < column.from.components; ++c)
       formats::store_scalar(target + c * to_size, column.to.type,
-                        column.factor * formats::load_scalar(source + size * i + c * from_size, column.from.type));
+                            column.factor * formats::load_scalar(source + size * i + c * from_size,
+                                                                 column.from.type));
     target += layout_.stride;
   }
 }

@@ -16,14 +16,16 @@ namespace cairn::stages {
 /// `drop` left out. Where types differ the narrowest type that holds both is taken (8-bit colours are
 /// widened by 257). A scan without an attribute has zeros there. Throws Error (kInput) where an
 /// attribute's component counts differ, and Error (kUsage) if `drop` names an attribute no scan has.
-formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans, const std::vector<std::string>& drop);
+formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
+                              const std::vector<std::string>& drop);
 
 /// Writes blocks of one scan as records of the campaign's layout: position in the scan's own encoding,
 /// then the attributes. Stateless; used by several threads.
 class RecordConverter {
  public:
   /// `layout` must outlive the converter.
-  RecordConverter(const formats::ScanInfo& scan, const formats::Schema& campaign, const formats::RecordLayout& layout);
+  RecordConverter(const formats::ScanInfo& scan, const formats::Schema& campaign,
+                  const formats::RecordLayout& layout);
 
   /// Writes the block's points with finite coordinates to `out`, which has room for block.count records
   /// and reads as zeros where the scan lacks an attribute. Returns how many were written.
@@ -31,15 +33,15 @@ class RecordConverter {
 
  private:
   struct Column {
-    std::size_t source;         ///< index in the scan's schema
-    std::size_t offset;         ///< in the record
+    std::size_t source;  ///< index in the scan's schema
+    std::size_t offset;  ///< in the record
     formats::Attribute from;
     formats::Attribute to;
-    double factor;              ///< 257 where an 8-bit colour is widened, else 1
+    double factor;  ///< 257 where an 8-bit colour is widened, else 1
   };
 
-  void copy_column(const Column& column, const formats::PointBlock& block, std::span<const std::uint32_t> kept,
-                   std::byte* out) const;
+  void copy_column(const Column& column, const formats::PointBlock& block,
+                   std::span<const std::uint32_t> kept, std::byte* out) const;
 
   const formats::RecordLayout& layout_;
   formats::PositionEncoding encoding_;

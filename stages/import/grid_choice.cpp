@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "formats/error.h"
+#include "formats/scans/position_map.h"
 
 namespace cairn::stages {
 
@@ -15,32 +16,6 @@ using formats::PositionEncoding;
 using formats::ScanInfo;
 
 namespace {
-
-/// Scales and offsets are decimal fractions rounded to doubles: they count as whole multiples of each
-/// other if they are so to a millionth.
-constexpr double kWholeTolerance = 1e-6;
-/// Beyond this a double cannot tell neighbouring whole numbers.
-constexpr double kLargestWhole = 9007199254740992.0;  // 2^53
-
-std::optional<std::int64_t> whole_number(double value) {
-  const double nearest = std::round(value);
-  if (!(std::fabs(value - nearest) <= kWholeTolerance) || std::fabs(nearest) > kLargestWhole) return std::nullopt;
-  return static_cast<std::int64_t>(nearest);
-}
-
-/// How a LAS axis lies on a grid axis: grid step + shift = factor * scan step + addend.
-struct AxisFit {
-  std::int64_t factor;
-  std::int64_t addend;
-};
-
-std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step, double grid_offset) {
-  const auto factor = whole_number(scan_scale / grid_step);
-  const auto addend = whole_number((scan_offset - grid_offset) / grid_step);
-  // The product with an int32 must stay far from the end of int64.
-  if (!factor || !addend || *factor < 1 || *factor > (std::int64_t{1} << 30)) return std::nullopt;
-  return AxisFit{*factor, *addend};
-}
 
 struct StepRange {
   std::int64_t min = std::numeric_limits<std::int64_t>::max();
@@ -51,7 +26,8 @@ struct StepRange {
 std::optional<std::int64_t> shift_for(const StepRange& range) {
   const std::int64_t span = range.max - range.min;
   if (span <= std::numeric_limits<std::int32_t>::max()) return range.min;
-  if (span <= std::numeric_limits<std::uint32_t>::max()) return range.min - std::numeric_limits<std::int32_t>::min();
+  if (span <= std::numeric_limits<std::uint32_t>::max())
+    return range.min - std::numeric_limits<std::int32_t>::min();
   return std::nullopt;
 }
 
@@ -66,16 +42,20 @@ std::optional<Grid> common_scale_grid(std::span<const ScanExtent> scans) {
       grid.step = first->scale;
       grid.offset = first->offset;
     }
-    for (std::size_t axis = 0; axis < 3; ++axis) grid.step[axis] = std::min(grid.step[axis], extent.scan->scale[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      grid.step[axis] = std::min(grid.step[axis], extent.scan->scale[axis]);
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     StepRange range;
     for (const ScanExtent& extent : scans) {
-      const auto fit = fit_axis(extent.scan->scale[axis], extent.scan->offset[axis], grid.step[axis], grid.offset[axis]);
+      const auto fit = formats::fit_axis(extent.scan->scale[axis], extent.scan->offset[axis],
+                                         grid.step[axis], grid.offset[axis]);
       if (!fit) return std::nullopt;
       if (extent.box.empty()) continue;
-      range.min = std::min(range.min, static_cast<std::int64_t>(extent.box.min[axis]) * fit->factor + fit->addend);
-      range.max = std::max(range.max, static_cast<std::int64_t>(extent.box.max[axis]) * fit->factor + fit->addend);
+      range.min = std::min(
+          range.min, static_cast<std::int64_t>(extent.box.min[axis]) * fit->factor + fit->addend);
+      range.max = std::max(
+          range.max, static_cast<std::int64_t>(extent.box.max[axis]) * fit->factor + fit->addend);
     }
     const auto shift = shift_for(range);
     if (!shift) return std::nullopt;
@@ -86,7 +66,8 @@ std::optional<Grid> common_scale_grid(std::span<const ScanExtent> scans) {
 
 /// World coordinate of a native one; the one place where LAS steps are scaled in floating point.
 double world_of(const ScanInfo& scan, std::size_t axis, double native) {
-  return scan.encoding == PositionEncoding::kSteps ? scan.offset[axis] + scan.scale[axis] * native : native;
+  return scan.encoding == PositionEncoding::kSteps ? scan.offset[axis] + scan.scale[axis] * native
+                                                   : native;
 }
 
 ScanBox world_box(std::span<const ScanExtent> scans) {
@@ -107,7 +88,8 @@ ScanBox world_box(std::span<const ScanExtent> scans) {
 /// The smallest power of two that is >= value; value > 0 and finite.
 double power_of_two_at_least(double value) {
   int exponent = 0;
-  const double mantissa = std::frexp(value, &exponent);  // value = mantissa * 2^exponent, mantissa in [0.5, 1)
+  const double mantissa =
+      std::frexp(value, &exponent);  // value = mantissa * 2^exponent, mantissa in [0.5, 1)
   return std::ldexp(1.0, mantissa == 0.5 ? exponent - 1 : exponent);
 }
 
@@ -130,18 +112,21 @@ Grid power_of_two_grid(const ScanBox& box) {
   return grid;
 }
 
-void require_resolution(std::span<const ScanExtent> scans, const Grid& grid, std::optional<double> accepted) {
+void require_resolution(std::span<const ScanExtent> scans, const Grid& grid,
+                        std::optional<double> accepted) {
   const double step = grid.step[0];
   for (const ScanExtent& extent : scans) {
-    if (extent.box.empty() || step <= extent.resolution || (accepted && step <= *accepted)) continue;
+    if (extent.box.empty() || step <= extent.resolution || (accepted && step <= *accepted))
+      continue;
     const auto& box = extent.box;
-    formats::throw_input(
-        {.what = fmt::format("the campaign's extent forces a grid step of {} units, coarser than this scan's own resolution; "
-                             "its points reach from ({}, {}, {}) to ({}, {}, {})",
-                             step, box.min[0], box.min[1], box.min[2], box.max[0], box.max[1], box.max[2]),
-         .path = extent.scan->path,
-         .found = fmt::format("resolution {}", extent.resolution),
-         .expected = "stray points removed, or a --resolution to accept"});
+    formats::throw_input({.what = fmt::format("the campaign's extent forces a grid step of {} "
+                                              "units, coarser than this scan's own resolution; "
+                                              "its points reach from ({}, {}, {}) to ({}, {}, {})",
+                                              step, box.min[0], box.min[1], box.min[2], box.max[0],
+                                              box.max[1], box.max[2]),
+                          .path = extent.scan->path,
+                          .found = fmt::format("resolution {}", extent.resolution),
+                          .expected = "stray points removed, or a --resolution to accept"});
   }
 }
 
@@ -170,46 +155,13 @@ Grid choose_grid(std::span<const ScanExtent> scans, std::optional<double> accept
   CAIRN_CHECK(!box.empty());
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!std::isfinite(box.max[axis] - box.min[axis]))
-      formats::throw_input({.what = fmt::format("the campaign's extent from {} to {} on axis {} is beyond what a double can tell",
-                                                box.min[axis], box.max[axis], axis)});
+      formats::throw_input(
+          {.what = fmt::format(
+               "the campaign's extent from {} to {} on axis {} is beyond what a double can tell",
+               box.min[axis], box.max[axis], axis)});
   const Grid grid = power_of_two_grid(box);
   require_resolution(scans, grid, accepted_resolution);
   return grid;
-}
-
-PositionMap::PositionMap(const ScanInfo& scan, const Grid& grid)
-    : encoding_(scan.encoding), scan_scale_(scan.scale), scan_offset_(scan.offset), grid_(grid) {
-  if (encoding_ != PositionEncoding::kSteps) return;
-  exact_ = true;
-  for (std::size_t axis = 0; axis < 3 && exact_; ++axis) {
-    const auto fit = fit_axis(scan.scale[axis], scan.offset[axis], grid.step[axis], grid.offset[axis]);
-    exact_ = fit.has_value();
-    if (!fit) break;
-    factor_[axis] = fit->factor;
-    addend_[axis] = fit->addend - grid.shift[axis];
-  }
-}
-
-std::int32_t PositionMap::round(std::size_t axis, double native) const {
-  const double world =
-      encoding_ == PositionEncoding::kSteps ? scan_offset_[axis] + scan_scale_[axis] * native : native;
-  const double steps = (world - grid_.offset[axis]) / grid_.step[axis];
-  if (!(std::fabs(steps) < 9.0e18)) return steps < 0 ? INT32_MIN : INT32_MAX;
-  const std::int64_t shifted = std::llround(steps);
-  std::int64_t result;
-  if (__builtin_sub_overflow(shifted, grid_.shift[axis], &result)) return steps < 0 ? INT32_MIN : INT32_MAX;
-  return saturate(result);
-}
-
-formats::GridPoint PositionMap::map(const std::array<double, 3>& native) const {
-  formats::GridPoint out;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (exact_)
-      out[axis] = saturate(static_cast<std::int64_t>(native[axis]) * factor_[axis] + addend_[axis]);
-    else
-      out[axis] = round(axis, native[axis]);
-  }
-  return out;
 }
 
 }  // namespace cairn::stages

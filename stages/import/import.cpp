@@ -8,6 +8,7 @@
 
 #include "formats/error.h"
 #include "stages/import/campaign_schema.h"
+#include "stages/import/grid_choice.h"
 #include "stages/parallel.h"
 
 namespace cairn::stages {
@@ -58,23 +59,27 @@ std::size_t native_position_bytes(const Scans& scans) {
 std::array<double, 3> native_position(const std::byte* record, PositionEncoding encoding) {
   std::array<double, 3> p;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (encoding == PositionEncoding::kSteps) p[axis] = formats::load_le<std::int32_t>(record + 4 * axis);
+    if (encoding == PositionEncoding::kSteps)
+      p[axis] = formats::load_le<std::int32_t>(record + 4 * axis);
     if (encoding == PositionEncoding::kFloat32)
       p[axis] = static_cast<double>(formats::load_le<float>(record + 4 * axis));
-    if (encoding == PositionEncoding::kFloat64) p[axis] = formats::load_le<double>(record + 8 * axis);
+    if (encoding == PositionEncoding::kFloat64)
+      p[axis] = formats::load_le<double>(record + 8 * axis);
   }
   return p;
 }
 
-void read_stretch(const formats::ScanReader& scan, const RecordConverter& converter, std::size_t stride,
-                  formats::ExternalArray& array, Stretch& stretch, const Context& context) {
+void read_stretch(const formats::ScanReader& scan, const RecordConverter& converter,
+                  std::size_t stride, formats::ExternalArray& array, Stretch& stretch,
+                  const Context& context) {
   std::uint64_t at = stretch.first_slot * stride;
   scan.read(stretch.stretch, [&](const PointBlock& block) {
     throw_if_stopped(context);
     CAIRN_CHECK(block.count <= stretch.capacity - stretch.read);
     std::byte* out = array.bytes().data() + at;
     const std::size_t kept = converter.convert(block, out);
-    for (std::size_t i = 0; i < kept; ++i) stretch.box.add(native_position(out + i * stride, scan.info().encoding));
+    for (std::size_t i = 0; i < kept; ++i)
+      stretch.box.add(native_position(out + i * stride, scan.info().encoding));
     stretch.read += block.count;
     stretch.kept += kept;
     array.release(at, kept * stride);
@@ -94,12 +99,14 @@ double float_resolution(const ImportedPoints& points, std::size_t scan, Position
   for (const RecordRun& run : points.runs) {
     if (run.scan != scan) continue;
     for (std::uint64_t i = (every - before % every) % every; i < run.count; i += every) {
-      const auto p = native_position(points.array.bytes().data() + run.first_byte + i * points.stride, encoding);
+      const auto p = native_position(
+          points.array.bytes().data() + run.first_byte + i * points.stride, encoding);
       for (std::size_t axis = 0; axis < 3; ++axis) samples[axis].push_back(p[axis]);
     }
     before += run.count;
   }
-  const double float_digits = encoding == PositionEncoding::kFloat32 ? std::ldexp(1.0, -24) : std::ldexp(1.0, -50);
+  const double float_digits =
+      encoding == PositionEncoding::kFloat32 ? std::ldexp(1.0, -24) : std::ldexp(1.0, -50);
   double resolution = 0;
   for (auto& axis : samples) {
     std::sort(axis.begin(), axis.end());
@@ -111,7 +118,8 @@ double float_resolution(const ImportedPoints& points, std::size_t scan, Position
   return resolution;
 }
 
-ScanExtent extent_of(const ImportedPoints& points, std::size_t scan, const ScanInfo& info, const ScanBox& box) {
+ScanExtent extent_of(const ImportedPoints& points, std::size_t scan, const ScanInfo& info,
+                     const ScanBox& box) {
   ScanExtent extent{&info, box, std::numeric_limits<double>::infinity()};
   // Where all points are one there is no detail to lose.
   if (box.empty() || box.min == box.max) return extent;
@@ -126,7 +134,8 @@ void fix_grid(ImportedPoints& points, const Scans& scans, const std::vector<Stre
   std::vector<ScanBox> boxes(scans.size());
   for (const Stretch& stretch : stretches) boxes[stretch.scan].add(stretch.box);
   std::vector<ScanExtent> extents;
-  for (std::size_t s = 0; s < scans.size(); ++s) extents.push_back(extent_of(points, s, scans[s]->info(), boxes[s]));
+  for (std::size_t s = 0; s < scans.size(); ++s)
+    extents.push_back(extent_of(points, s, scans[s]->info(), boxes[s]));
   points.grid = choose_grid(extents, resolution);
   for (std::size_t s = 0; s < scans.size(); ++s) {
     points.maps.emplace_back(scans[s]->info(), points.grid);
@@ -137,9 +146,11 @@ void fix_grid(ImportedPoints& points, const Scans& scans, const std::vector<Stre
   }
 }
 
-void keep_ledger(ImportedPoints& points, const Scans& scans, const std::vector<Stretch>& stretches) {
+void keep_ledger(ImportedPoints& points, const Scans& scans,
+                 const std::vector<Stretch>& stretches) {
   points.ledger.resize(scans.size());
-  for (std::size_t s = 0; s < scans.size(); ++s) points.ledger[s].claimed = scans[s]->info().claimed_points;
+  for (std::size_t s = 0; s < scans.size(); ++s)
+    points.ledger[s].claimed = scans[s]->info().claimed_points;
   for (const Stretch& stretch : stretches) {
     points.ledger[stretch.scan].read += stretch.read;
     points.ledger[stretch.scan].kept += stretch.kept;
@@ -156,9 +167,11 @@ CampaignSize campaign_size(const Scans& scans, const ImportOptions& options) {
   CampaignSize size;
   for (const Stretch& stretch : list_stretches(scans)) size.points += stretch.capacity;
   size.record_bytes = formats::RecordLayout(schema, 12).stride;
-  const std::uint64_t native_bytes = formats::RecordLayout(schema, native_position_bytes(scans)).stride;
+  const std::uint64_t native_bytes =
+      formats::RecordLayout(schema, native_position_bytes(scans)).stride;
   // No multiple of a few that a caller may form overflows either.
-  if (__builtin_mul_overflow(size.points, native_bytes, &size.import_bytes) || size.import_bytes > UINT64_MAX / 8)
+  if (__builtin_mul_overflow(size.points, native_bytes, &size.import_bytes) ||
+      size.import_bytes > UINT64_MAX / 8)
     formats::throw_input({.what = "the scans' points need more bytes than can be counted"});
   return size;
 }
@@ -166,9 +179,16 @@ CampaignSize campaign_size(const Scans& scans, const ImportOptions& options) {
 ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Context& context) {
   const std::uint64_t size_bytes = campaign_size(scans, options).import_bytes;
   const auto infos = infos_of(scans);
-  ImportedPoints points{.array = {}, .schema = merge_schemas(infos, options.drop),
-                        .native_position_bytes = native_position_bytes(scans), .stride = 0, .runs = {}, .grid = {},
-                        .maps = {}, .ledger = {}, .box = {}, .points = 0};
+  ImportedPoints points{.array = {},
+                        .schema = merge_schemas(infos, options.drop),
+                        .native_position_bytes = native_position_bytes(scans),
+                        .stride = 0,
+                        .runs = {},
+                        .grid = {},
+                        .maps = {},
+                        .ledger = {},
+                        .box = {},
+                        .points = 0};
   const formats::RecordLayout layout(points.schema, points.native_position_bytes);
   points.stride = layout.stride;
   points.array = context.make_array("import", size_bytes);
@@ -177,22 +197,28 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
   std::vector<RecordConverter> converters;
   for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout);
   context.progress->begin("import", size_bytes / layout.stride);
-  for_each_piece(stretches.size(), [&](std::uint64_t i) {
-    Stretch& stretch = stretches[i];
-    read_stretch(*scans[stretch.scan], converters[stretch.scan], layout.stride, points.array, stretch, context);
+  // A worker holds a block as raw bytes, as columns and as records.
+  const std::uint64_t worker_bytes = formats::kBlockPoints * (3 * layout.stride + 24);
+  run_in_arena(workers_within(context, worker_bytes), [&] {
+    for_each_piece(stretches.size(), [&](std::uint64_t i) {
+      Stretch& stretch = stretches[i];
+      read_stretch(*scans[stretch.scan], converters[stretch.scan], layout.stride, points.array,
+                   stretch, context);
+    });
   });
   keep_ledger(points, scans, stretches);
   context.progress->end();
   if (points.points == 0)
     formats::throw_input({.what = "no usable point in the campaign",
                           .path = infos.empty() ? std::filesystem::path{} : infos.front()->path,
-                          .found = "0 points with finite coordinates", .expected = "at least one"});
+                          .found = "0 points with finite coordinates",
+                          .expected = "at least one"});
   fix_grid(points, scans, stretches, options.resolution);
   return points;
 }
 
-void stream_canonical_records(const Scans& scans, const formats::Schema& schema, const formats::Grid& grid,
-                              const RecordSink& sink) {
+void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
+                              const formats::Grid& grid, const RecordSink& sink) {
   const formats::RecordLayout native(schema, native_position_bytes(scans));
   const formats::RecordLayout canonical(schema, 12);
   const std::size_t attribute_bytes = canonical.stride - 12;
@@ -200,7 +226,7 @@ void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
   for_each_piece(stretches.size(), [&](std::uint64_t i) {
     const formats::ScanReader& scan = *scans[stretches[i].scan];
     const RecordConverter converter(scan.info(), schema, native);
-    const PositionMap map(scan.info(), grid);
+    const formats::PositionMap map(scan.info(), grid);
     std::vector<std::byte> from, to;
     scan.read(stretches[i].stretch, [&](const PointBlock& block) {
       from.assign(block.count * native.stride, std::byte{0});
@@ -210,7 +236,8 @@ void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
         const std::byte* source = from.data() + p * native.stride;
         const formats::GridPoint position = map.map(source);
         std::memcpy(to.data() + p * canonical.stride, position.data(), 12);
-        std::memcpy(to.data() + p * canonical.stride + 12, source + native.position_size_bytes, attribute_bytes);
+        std::memcpy(to.data() + p * canonical.stride + 12, source + native.position_size_bytes,
+                    attribute_bytes);
       }
       sink(to, canonical.stride);
     });

@@ -15,7 +15,9 @@ namespace {
 std::size_t longest_axis(const GridBox& box, const std::array<double, 3>& step) {
   std::size_t longest = 0;
   for (std::size_t axis = 1; axis < 3; ++axis)
-    if (box.span(static_cast<int>(axis)) * step[axis] > box.span(static_cast<int>(longest)) * step[longest]) longest = axis;
+    if (box.span(static_cast<int>(axis)) * step[axis] >
+        box.span(static_cast<int>(longest)) * step[longest])
+      longest = axis;
   return longest;
 }
 
@@ -28,7 +30,8 @@ struct Tie {
 /// Tells the child of each point of a node.
 class Divider {
  public:
-  Divider(std::vector<Tie> ties, std::vector<std::uint32_t> boundary_keys, std::span<const std::uint64_t> starts)
+  Divider(std::vector<Tie> ties, std::vector<std::uint32_t> boundary_keys,
+          std::span<const std::uint64_t> starts)
       : ties_(std::move(ties)), boundary_keys_(std::move(boundary_keys)), starts_(starts) {}
 
   std::size_t children() const { return starts_.size() - 1; }
@@ -49,10 +52,13 @@ class Divider {
   /// The child of the `arrival`-th point of a tie.
   std::size_t child_of_tie(std::size_t tie, std::uint64_t arrival) const {
     const std::uint64_t rank = ties_[tie].less + arrival;
-    return static_cast<std::size_t>(std::upper_bound(starts_.begin() + 1, starts_.end() - 1, rank) - starts_.begin()) - 1;
+    return static_cast<std::size_t>(std::upper_bound(starts_.begin() + 1, starts_.end() - 1, rank) -
+                                    starts_.begin()) -
+           1;
   }
   /// How many points of a tie with arrivals in [from, to) go to a child.
-  std::uint64_t tie_share(std::size_t tie, std::uint64_t from, std::uint64_t to, std::size_t child) const {
+  std::uint64_t tie_share(std::size_t tie, std::uint64_t from, std::uint64_t to,
+                          std::size_t child) const {
     const std::uint64_t first = std::max(ties_[tie].less + from, starts_[child]);
     const std::uint64_t last = std::min(ties_[tie].less + to, starts_[child + 1]);
     return last > first ? last - first : 0;
@@ -85,7 +91,8 @@ struct Pass {
 
 /// What a slab will send to each child, ties left out, and how many points of each tie it holds.
 Cursors count_slab(const Pass& pass, const Slab& slab) {
-  Cursors counts{std::vector<std::uint64_t>(pass.divider.children()), std::vector<std::uint64_t>(pass.divider.tie_count())};
+  Cursors counts{std::vector<std::uint64_t>(pass.divider.children()),
+                 std::vector<std::uint64_t>(pass.divider.tie_count())};
   for_each_record(slab, [&](const std::byte*, const GridPoint& p) {
     const std::uint32_t key = pass.key(p);
     const std::size_t tie = pass.divider.tie_of_key(key);
@@ -99,16 +106,20 @@ Cursors count_slab(const Pass& pass, const Slab& slab) {
 }
 
 /// Turns the slabs' counts into each slab's first cursors.
-void accumulate(const Divider& divider, std::span<const std::uint64_t> starts, std::vector<Cursors>& slabs) {
-  Cursors at{std::vector<std::uint64_t>(starts.begin(), starts.end() - 1), std::vector<std::uint64_t>(divider.tie_count())};
+void accumulate(const Divider& divider, std::span<const std::uint64_t> starts,
+                std::vector<Cursors>& slabs) {
+  Cursors at{std::vector<std::uint64_t>(starts.begin(), starts.end() - 1),
+             std::vector<std::uint64_t>(divider.tie_count())};
   for (Cursors& slab : slabs) {
     Cursors after = at;
     for (std::size_t child = 0; child < divider.children(); ++child) {
       after.next[child] += slab.next[child];
       for (std::size_t tie = 0; tie < divider.tie_count(); ++tie)
-        after.next[child] += divider.tie_share(tie, at.arrived[tie], at.arrived[tie] + slab.arrived[tie], child);
+        after.next[child] +=
+            divider.tie_share(tie, at.arrived[tie], at.arrived[tie] + slab.arrived[tie], child);
     }
-    for (std::size_t tie = 0; tie < divider.tie_count(); ++tie) after.arrived[tie] += slab.arrived[tie];
+    for (std::size_t tie = 0; tie < divider.tie_count(); ++tie)
+      after.arrived[tie] += slab.arrived[tie];
     slab = std::move(at);
     at = std::move(after);
   }
@@ -137,8 +148,9 @@ std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& c
   for_each_record(slab, [&](const std::byte* record, const GridPoint& p) {
     const std::uint32_t key = pass.key(p);
     const std::size_t tie = pass.divider.tie_of_key(key);
-    const std::size_t child = tie < cursors.arrived.size() ? pass.divider.child_of_tie(tie, cursors.arrived[tie]++)
-                                                           : pass.divider.child_of_key(key);
+    const std::size_t child = tie < cursors.arrived.size()
+                                  ? pass.divider.child_of_tie(tie, cursors.arrived[tie]++)
+                                  : pass.divider.child_of_key(key);
     std::byte* to = out + stride * cursors.next[child]++;
     std::memcpy(to, p.data(), 12);
     copy_attributes(to + 12, record + slab.position_bytes, stride - 12);
@@ -147,7 +159,8 @@ std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& c
   if (pass.mode.release) {
     slab.release();
     for (std::size_t child = 0; child < begin.size(); ++child)
-      pass.target.array->release(pass.target.first_byte + begin[child] * stride, (cursors.next[child] - begin[child]) * stride);
+      pass.target.array->release(pass.target.first_byte + begin[child] * stride,
+                                 (cursors.next[child] - begin[child]) * stride);
   }
   return boxes;
 }
@@ -159,32 +172,40 @@ std::vector<GridBox> scatter(const Pass& pass, std::span<const std::uint64_t> st
   };
   if (!pass.mode.parallel) {
     // In order, each slab's cursors are simply where the one before has stopped.
-    Cursors cursors{{starts.begin(), starts.end() - 1}, std::vector<std::uint64_t>(pass.divider.tie_count())};
+    Cursors cursors{{starts.begin(), starts.end() - 1},
+                    std::vector<std::uint64_t>(pass.divider.tie_count())};
     for (const Slab& slab : pass.slabs) merge(scatter_slab(pass, slab, cursors));
     return boxes;
   }
   std::vector<Cursors> cursors(pass.slabs.size());
-  for_each_piece(pass.slabs.size(), [&](std::uint64_t i) { cursors[i] = count_slab(pass, pass.slabs[i]); });
+  for_each_piece(pass.slabs.size(),
+                 [&](std::uint64_t i) { cursors[i] = count_slab(pass, pass.slabs[i]); });
   accumulate(pass.divider, starts, cursors);
   std::vector<std::vector<GridBox>> parts(pass.slabs.size());
-  for_each_piece(pass.slabs.size(), [&](std::uint64_t i) { parts[i] = scatter_slab(pass, pass.slabs[i], cursors[i]); });
+  for_each_piece(pass.slabs.size(), [&](std::uint64_t i) {
+    parts[i] = scatter_slab(pass, pass.slabs[i], cursors[i]);
+  });
   for (const auto& part : parts) merge(part);
   return boxes;
 }
 
 }  // namespace
 
-std::vector<GridBox> partition(std::span<const Slab> slabs, const GridBox& box, const std::array<double, 3>& step,
-                               std::span<const std::uint64_t> starts, const PartitionTarget& target, PartitionMode mode) {
+std::vector<GridBox> partition(std::span<const Slab> slabs, const GridBox& box,
+                               const std::array<double, 3>& step,
+                               std::span<const std::uint64_t> starts, const PartitionTarget& target,
+                               PartitionMode mode) {
   const std::size_t axis = longest_axis(box, step);
   const auto ranks = starts.subspan(1, starts.size() - 2);
   const std::vector<Boundary> boundaries =
-      select_ranks(slabs, axis, box.min[axis], box.span(static_cast<int>(axis)), ranks, mode.parallel, mode.release);
+      select_ranks(slabs, axis, box.min[axis], box.span(static_cast<int>(axis)), ranks,
+                   mode.parallel, mode.release);
   std::vector<Tie> ties;
   std::vector<std::uint32_t> keys;
   for (const Boundary& boundary : boundaries) {
     keys.push_back(boundary.key);
-    if (ties.empty() || ties.back().key != boundary.key) ties.push_back({boundary.key, boundary.less});
+    if (ties.empty() || ties.back().key != boundary.key)
+      ties.push_back({boundary.key, boundary.less});
   }
   const Divider divider(std::move(ties), std::move(keys), starts);
   return scatter({slabs, axis, box.min[axis], divider, target, mode}, starts);

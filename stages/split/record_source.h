@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/arrays/external_array.h"
-#include "stages/import/grid_choice.h"
+#include "formats/scans/position_map.h"
 
 namespace cairn::stages {
 
@@ -15,11 +15,13 @@ struct Slab {
   formats::ExternalArray* array = nullptr;
   std::uint64_t first_byte = 0;
   std::uint64_t count = 0;
-  std::size_t stride = 0;           ///< bytes of a record
-  std::size_t position_bytes = 12;  ///< in front of each record
-  const PositionMap* map = nullptr; ///< none: positions are grid steps
+  std::size_t stride = 0;                     ///< bytes of a record
+  std::size_t position_bytes = 12;            ///< in front of each record
+  const formats::PositionMap* map = nullptr;  ///< none: positions are grid steps
 
-  const std::byte* record(std::uint64_t i) const { return array->bytes().data() + first_byte + i * stride; }
+  const std::byte* record(std::uint64_t i) const {
+    return array->bytes().data() + first_byte + i * stride;
+  }
   void release() const { array->release(first_byte, count * stride); }
 };
 
@@ -31,7 +33,8 @@ template <typename Visit>
 void for_each_record(const Slab& slab, Visit&& visit) {
   const std::byte* record = slab.record(0);
   if (slab.map != nullptr) {
-    for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride) visit(record, slab.map->map(record));
+    for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride)
+      visit(record, slab.map->map(record));
     return;
   }
   for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride) {

@@ -23,12 +23,16 @@ struct OpenBin {
 class DigitCounter {
  public:
   DigitCounter(const std::vector<OpenBin>& open, int bits_left, int digit_bits)
-      : open_(open), prefix_shift_(bits_left), digit_shift_(bits_left - digit_bits), digit_bits_(digit_bits) {}
+      : open_(open),
+        prefix_shift_(bits_left),
+        digit_shift_(bits_left - digit_bits),
+        digit_bits_(digit_bits) {}
 
   void count(const Slab& slab, std::size_t axis, std::int32_t low, Counts& counts) const {
     const std::uint32_t mask = (std::uint32_t{1} << digit_bits_) - 1;
     for_each_record(slab, [&](const std::byte*, const formats::GridPoint& p) {
-      const std::uint32_t key = static_cast<std::uint32_t>(p[axis]) - static_cast<std::uint32_t>(low);
+      const std::uint32_t key =
+          static_cast<std::uint32_t>(p[axis]) - static_cast<std::uint32_t>(low);
       const auto row = row_of(key);
       if (row < open_.size()) ++counts[(row << digit_bits_) + ((key >> digit_shift_) & mask)];
     });
@@ -40,9 +44,11 @@ class DigitCounter {
   std::size_t row_of(std::uint32_t key) const {
     const std::uint64_t prefix = std::uint64_t{key} >> prefix_shift_;
     if (open_.size() == 1) return prefix == open_[0].prefix ? 0 : 1;
-    const auto at = std::lower_bound(open_.begin(), open_.end(), prefix,
-                                     [](const OpenBin& bin, std::uint64_t value) { return bin.prefix < value; });
-    return at != open_.end() && at->prefix == prefix ? static_cast<std::size_t>(at - open_.begin()) : open_.size();
+    const auto at = std::lower_bound(
+        open_.begin(), open_.end(), prefix,
+        [](const OpenBin& bin, std::uint64_t value) { return bin.prefix < value; });
+    return at != open_.end() && at->prefix == prefix ? static_cast<std::size_t>(at - open_.begin())
+                                                     : open_.size();
   }
 
   const std::vector<OpenBin>& open_;
@@ -51,8 +57,8 @@ class DigitCounter {
   int digit_bits_;
 };
 
-Counts count_all(std::span<const Slab> slabs, const DigitCounter& counter, std::size_t axis, std::int32_t low,
-                 bool parallel, bool release) {
+Counts count_all(std::span<const Slab> slabs, const DigitCounter& counter, std::size_t axis,
+                 std::int32_t low, bool parallel, bool release) {
   Counts total(counter.size());
   if (!parallel) {
     for (const Slab& slab : slabs) counter.count(slab, axis, low, total);
@@ -78,7 +84,9 @@ std::vector<OpenBin> refine(const std::vector<OpenBin>& open, const Counts& coun
     for (std::size_t digit = 0; digit < (std::size_t{1} << digit_bits); ++digit) {
       const std::uint64_t here = counts[(row << digit_bits) + digit];
       if (next_rank < ranks.size() && ranks[next_rank] < less + here) {
-        finer.push_back({static_cast<std::uint32_t>((std::uint64_t{open[row].prefix} << digit_bits) | digit), less});
+        finer.push_back(
+            {static_cast<std::uint32_t>((std::uint64_t{open[row].prefix} << digit_bits) | digit),
+             less});
         while (next_rank < ranks.size() && ranks[next_rank] < less + here) ++next_rank;
       }
       less += here;
@@ -96,8 +104,9 @@ std::uint64_t total_count(std::span<const Slab> slabs) {
 
 }  // namespace
 
-std::vector<Boundary> select_ranks(std::span<const Slab> slabs, std::size_t axis, std::int32_t low, std::uint32_t span,
-                                   std::span<const std::uint64_t> ranks, bool parallel, bool release) {
+std::vector<Boundary> select_ranks(std::span<const Slab> slabs, std::size_t axis, std::int32_t low,
+                                   std::uint32_t span, std::span<const std::uint64_t> ranks,
+                                   bool parallel, bool release) {
   if (ranks.empty()) return {};
   // The first digit is as wide as pays for the node's size: with 16 bits most real nodes need one pass.
   const int widest = std::clamp(static_cast<int>(std::bit_width(total_count(slabs))) - 2, 8, 16);

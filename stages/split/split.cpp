@@ -21,7 +21,8 @@ constexpr std::uint64_t kParallelRecords = 1 << 20;
 
 class Splitter {
  public:
-  Splitter(const Tree& tree, std::size_t stride, const std::array<double, 3>& step, Context& context)
+  Splitter(const Tree& tree, std::size_t stride, const std::array<double, 3>& step,
+           Context& context)
       : tree_(tree), stride_(stride), step_(step), context_(context) {}
 
   /// Maps the imported records to the grid and divides the root. A tree of one leaf is just mapped.
@@ -29,26 +30,29 @@ class Splitter {
     std::vector<Slab> slabs;
     for (const RecordRun& run : imported.runs)
       for (std::uint64_t done = 0; done < run.count; done += kSlabRecords)
-        slabs.push_back({&imported.array, run.first_byte + done * imported.stride, std::min(kSlabRecords, run.count - done),
-                         imported.stride, imported.native_position_bytes, &imported.maps[run.scan]});
+        slabs.push_back({&imported.array, run.first_byte + done * imported.stride,
+                         std::min(kSlabRecords, run.count - done), imported.stride,
+                         imported.native_position_bytes, &imported.maps[run.scan]});
     return divide(slabs, imported.box, starts_of_children(0, 0), to, 0);
   }
 
   /// Divides a node below the root, whose records stand in `from`, and all nodes below it. Its children
   /// stand in `to`, theirs in `from` again: all leaves end in the same array.
-  void split_below(Level level, std::uint64_t index, const GridBox& box, ExternalArray& from, ExternalArray& to) const {
+  void split_below(Level level, std::uint64_t index, const GridBox& box, ExternalArray& from,
+                   ExternalArray& to) const {
     if (level == tree_.leaf_level()) return;
     throw_if_stopped(context_);
     const IndexRange range = tree_.input_range(level, index);
     std::vector<Slab> slabs;
     for (std::uint64_t done = 0; done < range.count; done += kSlabRecords)
-      slabs.push_back({&from, (range.first + done) * stride_, std::min(kSlabRecords, range.count - done), stride_});
+      slabs.push_back({&from, (range.first + done) * stride_,
+                       std::min(kSlabRecords, range.count - done), stride_});
     const auto boxes = divide(slabs, box, starts_of_children(level, index), to, range.first);
     split_children(level, index, boxes, to, from);
   }
 
-  void split_children(Level level, std::uint64_t index, const std::vector<GridBox>& boxes, ExternalArray& from,
-                      ExternalArray& to) const {
+  void split_children(Level level, std::uint64_t index, const std::vector<GridBox>& boxes,
+                      ExternalArray& from, ExternalArray& to) const {
     const std::uint64_t first = index * tree_.fanout();
     const auto child = [&](std::uint64_t i) {
       split_below(level + 1, first + i, boxes[i], from, to);
@@ -70,13 +74,15 @@ class Splitter {
     std::vector<std::uint64_t> starts;
     if (level == tree_.leaf_level()) return {0, range.count};
     for (std::uint64_t i = 0; i < tree_.fanout(); ++i)
-      starts.push_back(tree_.input_range(level + 1, index * tree_.fanout() + i).first - range.first);
+      starts.push_back(tree_.input_range(level + 1, index * tree_.fanout() + i).first -
+                       range.first);
     starts.push_back(range.count);
     return starts;
   }
 
-  std::vector<GridBox> divide(const std::vector<Slab>& slabs, const GridBox& box, const std::vector<std::uint64_t>& starts,
-                              ExternalArray& to, std::uint64_t first_record) const {
+  std::vector<GridBox> divide(const std::vector<Slab>& slabs, const GridBox& box,
+                              const std::vector<std::uint64_t>& starts, ExternalArray& to,
+                              std::uint64_t first_record) const {
     const std::uint64_t count = starts.back();
     const PartitionMode mode{.parallel = count >= kParallelRecords, .release = !fits(count)};
     auto boxes = partition(slabs, box, step_, starts, {&to, first_record * stride_, stride_}, mode);
@@ -85,7 +91,9 @@ class Splitter {
   }
 
   /// Both copies of a node's records, source and target, within half of the memory.
-  bool fits(std::uint64_t records) const { return records * stride_ * 2 <= context_.memory_bytes / 2; }
+  bool fits(std::uint64_t records) const {
+    return records * stride_ * 2 <= context_.memory_bytes / 2;
+  }
 
   const Tree& tree_;
   std::size_t stride_;
@@ -105,11 +113,14 @@ SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context)
   context.progress->begin("split", imported.points * std::max<Level>(1, levels));
   ExternalArray first = context.make_array("split-a", imported.points * stride);
   const Splitter splitter(tree, stride, imported.grid.step, context);
-  const std::vector<GridBox> boxes = splitter.split_root(imported, first);
-  imported.array = ExternalArray{};
   ExternalArray second;
-  if (levels > 1) second = context.make_array("split-b", imported.points * stride);
-  if (levels > 0) splitter.split_children(0, 0, boxes, first, second);
+  // A worker holds the slab that it reads and what it writes of it.
+  run_in_arena(workers_within(context, kSlabRecords * (imported.stride + stride)), [&] {
+    const std::vector<GridBox> boxes = splitter.split_root(imported, first);
+    imported.array = ExternalArray{};
+    if (levels > 1) second = context.make_array("split-b", imported.points * stride);
+    if (levels > 0) splitter.split_children(0, 0, boxes, first, second);
+  });
   context.progress->end();
   // The root pass fills `first`; every further level changes sides.
   return {levels > 1 && levels % 2 == 0 ? std::move(second) : std::move(first), stride};

@@ -5,7 +5,7 @@
 
 #include "formats/dataset/tree.h"
 #include "stages/context.h"
-#include "stages/import/import.h"
+#include "stages/imported_points.h"
 
 namespace cairn::stages {
 

@@ -38,7 +38,8 @@ std::vector<Normal> smooth_normals() {
   std::vector<Normal> normals(kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
     const float t = static_cast<float>(i) * 2e-4f;
-    normals[i] = {std::cos(t) + noise(random), std::sin(1.7f * t) + noise(random), 0.8f + noise(random)};
+    normals[i] = {std::cos(t) + noise(random), std::sin(1.7f * t) + noise(random),
+                  0.8f + noise(random)};
   }
   return normals;
 }
@@ -76,8 +77,8 @@ Bytes colours() {
     const double light =
         120 + 60 * std::sin(static_cast<double>(i) * 1e-3) + static_cast<double>(random() % 16);
     for (std::size_t c = 0; c < 3; ++c)
-      codes[3 * i + c] =
-          static_cast<std::uint16_t>(static_cast<unsigned>(light + 10.0 * static_cast<double>(c)) * 257);
+      codes[3 * i + c] = static_cast<std::uint16_t>(
+          static_cast<unsigned>(light + 10.0 * static_cast<double>(c)) * 257);
   }
   return cairn::tests::bytes_of(codes);
 }
@@ -126,7 +127,8 @@ void encode_columns(benchmark::State& state, const std::vector<Column>& columns,
 
 void decode_columns(benchmark::State& state, const std::vector<Column>& columns, Codec codec) {
   std::vector<Bytes> sections;
-  for (const Column& column : columns) sections.push_back(encode_section(column.bytes, column.shape, codec));
+  for (const Column& column : columns)
+    sections.push_back(encode_section(column.bytes, column.shape, codec));
   std::vector<Column> back = columns;
   for (auto _ : state)
     for (std::size_t i = 0; i < sections.size(); ++i) {

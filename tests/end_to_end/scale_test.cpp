@@ -12,17 +12,21 @@ struct Machine {
 
 class ScaleTest : public ProgramTest {
  protected:
-  std::string make_scan(const std::string& name, const std::string& points, const std::string& shape) {
+  std::string make_scan(const std::string& name, const std::string& points,
+                        const std::string& shape) {
     const std::string path = folder_ / name;
-    const Outcome made = run_program(CAIRN_MAKE_SCAN, {"--points", points, "--shape", shape, "-o", path});
+    const Outcome made =
+        run_program(CAIRN_MAKE_SCAN, {"--points", points, "--shape", shape, "-o", path});
     EXPECT_EQ(made.exit_code, 0) << made.err;
     return path;
   }
 
   /// The bytes of the dataset's three files, built with these settings.
-  std::string dataset_bytes(const std::vector<std::string>& scans, const std::string& node_points, const Machine& machine) {
+  std::string dataset_bytes(const std::vector<std::string>& scans, const std::string& node_points,
+                            const Machine& machine) {
     std::vector<std::string> arguments = scans;
-    arguments.insert(arguments.end(), {"--force", "--node-points", node_points, "--threads", machine.threads, "--memory", machine.memory});
+    arguments.insert(arguments.end(), {"--force", "--node-points", node_points, "--threads",
+                                       machine.threads, "--memory", machine.memory});
     const Outcome built = build(arguments);
     EXPECT_EQ(built.exit_code, 0) << built.err;
     std::string bytes;
@@ -31,9 +35,12 @@ class ScaleTest : public ProgramTest {
     return bytes;
   }
 
-  nlohmann::json run_record() { return nlohmann::json::parse(read_text(std::filesystem::path(output()) / "run.json")); }
+  nlohmann::json run_record() {
+    return nlohmann::json::parse(read_text(std::filesystem::path(output()) / "run.json"));
+  }
 
-  void expect_same_bytes(const std::vector<std::string>& scans, const std::string& node_points, const std::vector<Machine>& machines) {
+  void expect_same_bytes(const std::vector<std::string>& scans, const std::string& node_points,
+                         const std::vector<Machine>& machines) {
     std::string first;
     for (const Machine& machine : machines) {
       const std::string bytes = dataset_bytes(scans, node_points, machine);
@@ -41,7 +48,9 @@ class ScaleTest : public ProgramTest {
       // Compared as a truth: a failure must not print megabytes.
       EXPECT_TRUE(bytes == first) << machine.threads << " threads, " << machine.memory;
       const nlohmann::json record = run_record();
-      EXPECT_LE(record["peak_memory_bytes"].get<double>(), 1.1 * record["memory_limit_bytes"].get<double>()) << machine.memory;
+      EXPECT_LE(record["peak_memory_bytes"].get<double>(),
+                1.1 * record["memory_limit_bytes"].get<double>())
+          << machine.memory;
     }
   }
 };
@@ -50,7 +59,8 @@ using Scale = ScaleTest;
 using LongScale = ScaleTest;
 
 TEST_F(Scale, SameBytesFromAnyThreadsAndMemory) {
-  const std::vector<std::string> scans{make_scan("a.las", "700000", "statue"), make_scan("b.ply", "600000", "facade")};
+  const std::vector<std::string> scans{make_scan("a.las", "700000", "statue"),
+                                       make_scan("b.ply", "600000", "facade")};
   expect_same_bytes(scans, "4000", {{"1", "1GiB"}, {"2", "64MiB"}, {"7", "1GiB"}, {"7", "64MiB"}});
 }
 

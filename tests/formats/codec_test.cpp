@@ -111,7 +111,8 @@ TEST(Codec, SurvivesEveryFlippedBit) {
     Bytes packed = compressed(codec, bytes_of(300, 3));
     for (std::size_t bit = 0; bit < packed.size() * 8; ++bit) {
       packed[bit / 8] ^= std::byte{1} << (bit % 8);
-      static_cast<void>(decompress_exactly(codec, packed, 300));  // an error or 300 bytes; never a crash
+      static_cast<void>(
+          decompress_exactly(codec, packed, 300));  // an error or 300 bytes; never a crash
       packed[bit / 8] ^= std::byte{1} << (bit % 8);
     }
   }

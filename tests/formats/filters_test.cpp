@@ -22,15 +22,16 @@ constexpr std::array kFilters{Filter::kPlain, Filter::kConstant, Filter::kRuns, 
 constexpr std::size_t kCounts[] = {0, 1, 2, 31, 32, 33, 64, 65, 300};
 
 /// Decodes into an allocation of exactly the column's size, from one of exactly the filtered size.
-std::optional<DecodeError> undo_exactly(Filter filter, const Bytes& filtered, const ColumnShape& shape,
-                                        Bytes& column) {
+std::optional<DecodeError> undo_exactly(Filter filter, const Bytes& filtered,
+                                        const ColumnShape& shape, Bytes& column) {
   const Bytes input(filtered);
   column.assign(shape.size_bytes(), std::byte{0xa5});
   column.shrink_to_fit();
   return undo_filter(filter, input, shape, column);
 }
 
-void expect_round_trip(Filter filter, const LanePlan& plan, const Bytes& column, const ColumnShape& shape) {
+void expect_round_trip(Filter filter, const LanePlan& plan, const Bytes& column,
+                       const ColumnShape& shape) {
   Bytes filtered;
   if (!apply_filter(filter, plan, column, shape, filtered)) {
     EXPECT_TRUE(filtered.empty());
@@ -40,8 +41,8 @@ void expect_round_trip(Filter filter, const LanePlan& plan, const Bytes& column,
   Bytes back;
   const auto error = undo_exactly(filter, filtered, shape, back);
   ASSERT_FALSE(error.has_value()) << name_of(filter) << ": " << error->what;
-  ASSERT_EQ(back, column) << name_of(filter) << ", " << shape.count << " points of " << shape.components
-                          << ' ' << name_of(shape.type);
+  ASSERT_EQ(back, column) << name_of(filter) << ", " << shape.count << " points of "
+                          << shape.components << ' ' << name_of(shape.type);
 }
 
 /// All plans that fit a shape; the factor divides every value of `column`.
@@ -56,7 +57,8 @@ std::vector<LanePlan> plans_for(const Bytes& column, const ColumnShape& shape) {
 }
 
 TEST(Filters, NamesAndValues) {
-  for (const Filter filter : kFilters) EXPECT_EQ(filter_of(static_cast<std::uint8_t>(filter)), filter);
+  for (const Filter filter : kFilters)
+    EXPECT_EQ(filter_of(static_cast<std::uint8_t>(filter)), filter);
   EXPECT_FALSE(filter_of(5).has_value());
   EXPECT_EQ(name_of(Filter::kRice), "rice");
 }
@@ -92,7 +94,8 @@ TEST(Filters, RunsOfAnyLength) {
   for (const std::size_t length : {1, 2, 255, 256, 257, 512, 513, 1000}) {
     const ColumnShape shape{ScalarType::kU32, 1, 3 * length};
     std::vector<std::uint32_t> values(3 * length);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint32_t>(i / length);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<std::uint32_t>(i / length);
     expect_round_trip(Filter::kRuns, {}, tests::bytes_of(values), shape);
   }
 }
@@ -115,8 +118,8 @@ TEST(Filters, PlanFindsCorrelatedColour) {
     const unsigned grey = random() % 200;
     for (int c = 0; c < 3; ++c) colour.push_back(static_cast<std::uint8_t>(grey + random() % 4));
   }
-  EXPECT_TRUE(
-      choose_plan(tests::bytes_of(colour), {ScalarType::kU8, 3, 500}).has(LanePlan::kGreenDifference));
+  EXPECT_TRUE(choose_plan(tests::bytes_of(colour), {ScalarType::kU8, 3, 500})
+                  .has(LanePlan::kGreenDifference));
 }
 
 TEST(Filters, PlanFindsNormalCodes) {
@@ -141,7 +144,8 @@ TEST(Filters, PlanFindsMonotoneIndices) {
   EXPECT_TRUE(plan.has(LanePlan::kMonotone));
   Bytes filtered;
   ASSERT_TRUE(apply_filter(Filter::kRice, plan, column, shape, filtered));
-  EXPECT_LE(filtered.size(), indices.size() / 8 + indices.size() / 64 + 4);  // a bit a point, a head a block
+  EXPECT_LE(filtered.size(),
+            indices.size() / 8 + indices.size() / 64 + 4);  // a bit a point, a head a block
 }
 
 TEST(Filters, PlanLeavesNoiseAsItIs) {
@@ -159,8 +163,8 @@ TEST(Filters, RefuseEveryTruncationAndExtension) {
       Bytes back;
       for (std::size_t size = 0; size < filtered.size(); ++size)
         ASSERT_TRUE(undo_exactly(
-            filter, Bytes(filtered.begin(), filtered.begin() + static_cast<std::ptrdiff_t>(size)), shape,
-            back))
+            filter, Bytes(filtered.begin(), filtered.begin() + static_cast<std::ptrdiff_t>(size)),
+            shape, back))
             << name_of(filter) << ' ' << size;
       filtered.push_back(std::byte{0});
       ASSERT_TRUE(undo_exactly(filter, filtered, shape, back)) << name_of(filter);
@@ -169,9 +173,11 @@ TEST(Filters, RefuseEveryTruncationAndExtension) {
 }
 
 TEST(Filters, SurviveEveryFlippedBit) {
-  for (const ColumnShape shape : {ColumnShape{ScalarType::kU16, 3, 70}, ColumnShape{ScalarType::kU16, 1, 70},
-                                  ColumnShape{ScalarType::kF64, 1, 66}, ColumnShape{ScalarType::kU8, 1, 64}})
-    for (const Content content : {Content::kConstant, Content::kWalk, Content::kRuns, Content::kScaled}) {
+  for (const ColumnShape shape :
+       {ColumnShape{ScalarType::kU16, 3, 70}, ColumnShape{ScalarType::kU16, 1, 70},
+        ColumnShape{ScalarType::kF64, 1, 66}, ColumnShape{ScalarType::kU8, 1, 64}})
+    for (const Content content :
+         {Content::kConstant, Content::kWalk, Content::kRuns, Content::kScaled}) {
       const Bytes column = make_column(shape, content);
       for (const Filter filter : kFilters) {
         Bytes filtered;

@@ -18,7 +18,8 @@ std::map<std::uint64_t, Cell> walk(int bits) {
   for (int x = 0; x < 1 << bits; ++x)
     for (int y = 0; y < 1 << bits; ++y)
       for (int z = 0; z < 1 << bits; ++z)
-        cells[hilbert_key(static_cast<std::uint16_t>(x << shift), static_cast<std::uint16_t>(y << shift),
+        cells[hilbert_key(static_cast<std::uint16_t>(x << shift),
+                          static_cast<std::uint16_t>(y << shift),
                           static_cast<std::uint16_t>(z << shift)) >>
               (3 * shift)] = {x, y, z};
   return cells;
@@ -30,9 +31,11 @@ TEST(HilbertKey, VisitsEveryCellAndStepsToNeighbours) {
     const auto cells = walk(bits);
     ASSERT_EQ(cells.size(), std::size_t{1} << (3 * bits));
     ASSERT_EQ(cells.rbegin()->first, cells.size() - 1);
-    for (auto next = std::next(cells.begin()), previous = cells.begin(); next != cells.end(); ++next, ++previous) {
+    for (auto next = std::next(cells.begin()), previous = cells.begin(); next != cells.end();
+         ++next, ++previous) {
       int distance = 0;
-      for (int axis = 0; axis < 3; ++axis) distance += std::abs(next->second[axis] - previous->second[axis]);
+      for (int axis = 0; axis < 3; ++axis)
+        distance += std::abs(next->second[axis] - previous->second[axis]);
       ASSERT_EQ(distance, 1);
     }
   }

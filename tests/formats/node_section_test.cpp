@@ -22,7 +22,8 @@ constexpr std::array kCodecs{Codec::kNone, Codec::kLzo, Codec::kLzo999, Codec::k
 constexpr std::size_t kHeadBytes = 2;
 
 /// Decodes into an allocation of exactly the column's size, from one of exactly the section's size.
-std::optional<DecodeError> decode_exactly(const Bytes& section, const ColumnShape& shape, Bytes& column) {
+std::optional<DecodeError> decode_exactly(const Bytes& section, const ColumnShape& shape,
+                                          Bytes& column) {
   const Bytes input(section);
   column.assign(shape.size_bytes(), std::byte{0xa5});
   column.shrink_to_fit();
@@ -35,8 +36,8 @@ void expect_round_trip(const Bytes& column, const ColumnShape& shape, Codec code
   Bytes back;
   const auto error = decode_exactly(section, shape, back);
   ASSERT_FALSE(error.has_value()) << error->what;
-  ASSERT_EQ(back, column) << name_of(codec) << ", " << shape.count << " points of " << shape.components << ' '
-                          << name_of(shape.type);
+  ASSERT_EQ(back, column) << name_of(codec) << ", " << shape.count << " points of "
+                          << shape.components << ' ' << name_of(shape.type);
 }
 
 TEST(NodeSection, RestoresEveryTypeCountAndContent) {
@@ -97,7 +98,8 @@ TEST(NodeSection, StaysSmallOnWhatNodesHold) {
     return static_cast<double>(section.size()) / static_cast<double>(shape.count);
   };
   std::vector<std::uint32_t> index(65536);
-  for (std::size_t i = 1; i < index.size(); ++i) index[i] = index[i - 1] + (random() % 4 == 0 ? 1 : 0);
+  for (std::size_t i = 1; i < index.size(); ++i)
+    index[i] = index[i - 1] + (random() % 4 == 0 ? 1 : 0);
   EXPECT_LT(bytes_a_point(index, ScalarType::kU32, 1), 0.145);
 
   std::vector<std::uint8_t> radius(65536);
@@ -122,7 +124,8 @@ TEST(NodeSection, StretchThatMisleadsIsNeverLargerThanTheColumn) {
   Bytes column = make_column(shape, Content::kNoise);
   // The middle, on which the ways to store are tried, is one long run.
   for (std::size_t i = 30'000; i < 36'000; ++i) column[i] = std::byte{7};
-  for (const Codec codec : {Codec::kNone, Codec::kLzo, Codec::kZstd}) expect_round_trip(column, shape, codec);
+  for (const Codec codec : {Codec::kNone, Codec::kLzo, Codec::kZstd})
+    expect_round_trip(column, shape, codec);
 }
 
 TEST(NodeSection, SameColumnGivesSameBytes) {
@@ -130,21 +133,23 @@ TEST(NodeSection, SameColumnGivesSameBytes) {
   const Bytes column = make_column(shape, Content::kWalk);
   for (const Codec codec : kCodecs) {
     const Bytes first = encode_section(column, shape, codec);
-    encode_section(make_column({ScalarType::kF64, 2, 7000}, Content::kNoise), {ScalarType::kF64, 2, 7000},
-                   codec);
+    encode_section(make_column({ScalarType::kF64, 2, 7000}, Content::kNoise),
+                   {ScalarType::kF64, 2, 7000}, codec);
     EXPECT_EQ(encode_section(column, shape, codec), first);
   }
 }
 
 TEST(NodeSection, RefusesEveryTruncationAndExtension) {
-  for (const ColumnShape shape : {ColumnShape{ScalarType::kU16, 3, 70}, ColumnShape{ScalarType::kU8, 1, 90}})
+  for (const ColumnShape shape :
+       {ColumnShape{ScalarType::kU16, 3, 70}, ColumnShape{ScalarType::kU8, 1, 90}})
     for (const Content content : tests::kAllContents)
       for (const Codec codec : kCodecs) {
         Bytes section = encode_section(make_column(shape, content), shape, codec);
         Bytes back;
         for (std::size_t size = 0; size < section.size(); ++size)
           ASSERT_TRUE(decode_exactly(
-              Bytes(section.begin(), section.begin() + static_cast<std::ptrdiff_t>(size)), shape, back))
+              Bytes(section.begin(), section.begin() + static_cast<std::ptrdiff_t>(size)), shape,
+              back))
               << name_of(codec) << ' ' << size << " of " << section.size();
         section.push_back(std::byte{0});
         ASSERT_TRUE(decode_exactly(section, shape, back)) << name_of(codec);
@@ -152,15 +157,17 @@ TEST(NodeSection, RefusesEveryTruncationAndExtension) {
 }
 
 TEST(NodeSection, SurvivesEveryFlippedBit) {
-  for (const ColumnShape shape : {ColumnShape{ScalarType::kU16, 3, 70}, ColumnShape{ScalarType::kU16, 1, 90},
-                                  ColumnShape{ScalarType::kU64, 1, 65}, ColumnShape{ScalarType::kU8, 1, 300}})
+  for (const ColumnShape shape :
+       {ColumnShape{ScalarType::kU16, 3, 70}, ColumnShape{ScalarType::kU16, 1, 90},
+        ColumnShape{ScalarType::kU64, 1, 65}, ColumnShape{ScalarType::kU8, 1, 300}})
     for (const Content content : tests::kAllContents)
       for (const Codec codec : kCodecs) {
         Bytes section = encode_section(make_column(shape, content), shape, codec);
         Bytes back;
         for (std::size_t bit = 0; bit < section.size() * 8; ++bit) {
           section[bit / 8] ^= std::byte{1} << (bit % 8);
-          const auto error = decode_exactly(section, shape, back);  // an error or a column of the same size
+          const auto error =
+              decode_exactly(section, shape, back);  // an error or a column of the same size
           if (error) {
             ASSERT_FALSE(error->what.empty());
           }
@@ -173,8 +180,9 @@ TEST(NodeSection, RefusesSectionsOfAnotherShape) {
   const ColumnShape shape{ScalarType::kU16, 3, 64};
   const Bytes section = encode_section(make_column(shape, Content::kWalk), shape, Codec::kLzo);
   Bytes back;
-  for (const ColumnShape other : {ColumnShape{ScalarType::kU16, 3, 65}, ColumnShape{ScalarType::kU16, 3, 63},
-                                  ColumnShape{ScalarType::kU16, 3, 0}, ColumnShape{ScalarType::kU16, 2, 64}})
+  for (const ColumnShape other :
+       {ColumnShape{ScalarType::kU16, 3, 65}, ColumnShape{ScalarType::kU16, 3, 63},
+        ColumnShape{ScalarType::kU16, 3, 0}, ColumnShape{ScalarType::kU16, 2, 64}})
     EXPECT_TRUE(decode_exactly(section, other, back).has_value());
 }
 
@@ -190,7 +198,8 @@ TEST(NodeSection, RefusesClaimsOfHugeSizesBeforeAllocating) {
 
 TEST(NodeSection, SaysHowItIsStored) {
   const ColumnShape shape{ScalarType::kU8, 1, 100};
-  const auto storage = storage_of(encode_section(make_column(shape, Content::kZero), shape, Codec::kLzo));
+  const auto storage =
+      storage_of(encode_section(make_column(shape, Content::kZero), shape, Codec::kLzo));
   ASSERT_TRUE(storage.has_value());
   EXPECT_EQ(storage->filter, Filter::kConstant);
   EXPECT_EQ(storage->codec, Codec::kNone);

@@ -19,7 +19,8 @@ double dot(const Normal& a, const Normal& b) {
 double degrees_between(const Normal& n, const Normal& unit) {
   const double length = std::sqrt(dot(n, n));
   double squared = 0;
-  for (std::size_t a = 0; a < 3; ++a) squared += (n[a] / length - unit[a]) * (n[a] / length - unit[a]);
+  for (std::size_t a = 0; a < 3; ++a)
+    squared += (n[a] / length - unit[a]) * (n[a] / length - unit[a]);
   return 2 * std::asin(std::min(1.0, std::sqrt(squared) / 2)) * 180 / std::numbers::pi;
 }
 

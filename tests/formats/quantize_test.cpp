@@ -95,11 +95,13 @@ TEST(PositionQuantizer, AgreesWithRationalArithmetic) {
     const auto min = static_cast<std::int32_t>(
         INT32_MIN + static_cast<std::int64_t>(random() % (UINT32_MAX - span + 1ull)));
     const PositionQuantizer quantizer(box_of_span(min, span), bits);
-    const std::uint32_t d = round % 3 == 0 ? span - static_cast<std::uint32_t>(random() % 2)
-                                           : static_cast<std::uint32_t>(random() % (std::uint64_t{span} + 1));
+    const std::uint32_t d = round % 3 == 0
+                                ? span - static_cast<std::uint32_t>(random() % 2)
+                                : static_cast<std::uint32_t>(random() % (std::uint64_t{span} + 1));
     const auto x = static_cast<std::int32_t>(std::int64_t{min} + d);
     const std::uint32_t code = encode_one(quantizer, x);
-    ASSERT_EQ(code, rounded(d, levels, span)) << "d " << d << ", span " << span << ", bits " << bits;
+    ASSERT_EQ(code, rounded(d, levels, span))
+        << "d " << d << ", span " << span << ", bits " << bits;
     const std::int32_t back = decode_one(quantizer, code);
     ASSERT_EQ(std::int64_t{back} - min, rounded(code, span, levels)) << "code " << code;
     ASSERT_LE(std::abs(std::int64_t{back} - x), quantizer.max_error_steps(0));
@@ -120,7 +122,8 @@ TEST(PositionQuantizer, EndsOfTheBoxDecodeToThemselves) {
 
 TEST(PositionQuantizer, CodesOutOfRangeStayInTheBox) {
   const PositionQuantizer quantizer({{-10, 0, INT32_MAX - 3}, {10, 1'000'000, INT32_MAX}}, 12);
-  for (const std::uint16_t code : {std::uint16_t{4095}, std::uint16_t{4096}, std::uint16_t{65535}}) {
+  for (const std::uint16_t code :
+       {std::uint16_t{4095}, std::uint16_t{4096}, std::uint16_t{65535}}) {
     const std::array<std::uint16_t, 3> codes{code, code, code};
     GridPoint point;
     quantizer.decode(codes, std::span(&point, 1));
@@ -163,8 +166,8 @@ std::vector<float> radii_between(float min, float max, const RadiusQuantizer& qu
   std::mt19937 random(11);
   std::vector<float> radii{min, max};
   for (int i = 0; i < 2000; ++i)
-    radii.push_back(static_cast<float>(double{min} +
-                                       (double{max} - min) * (static_cast<double>(random()) / 4294967296.0)));
+    radii.push_back(static_cast<float>(
+        double{min} + (double{max} - min) * (static_cast<double>(random()) / 4294967296.0)));
   for (int code = 0; code < 256; ++code) {
     const float r = quantizer.decode(static_cast<std::uint8_t>(code));
     radii.insert(radii.end(), {r, std::nextafter(r, min), std::nextafter(r, max)});

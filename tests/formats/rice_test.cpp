@@ -30,7 +30,8 @@ std::vector<U> values_of(std::size_t count, unsigned bits, bool outlier, std::mt
 template <typename U>
 std::size_t best_size(const std::vector<U>& values) {
   std::size_t best = SIZE_MAX;
-  for (unsigned width = 0; width <= static_cast<unsigned>(std::numeric_limits<U>::digits); ++width) {
+  for (unsigned width = 0; width <= static_cast<unsigned>(std::numeric_limits<U>::digits);
+       ++width) {
     std::uint64_t quotients = 0;
     bool all_zero = true;
     for (const U value : values) {
@@ -90,12 +91,14 @@ TYPED_TEST(RiceTest, BlocksStandOneBehindTheOther) {
 TYPED_TEST(RiceTest, RefusesEveryTruncation) {
   using U = TypeParam;
   std::mt19937_64 random(3);
-  for (unsigned bits = 1; bits <= static_cast<unsigned>(std::numeric_limits<U>::digits); bits += 3) {
+  for (unsigned bits = 1; bits <= static_cast<unsigned>(std::numeric_limits<U>::digits);
+       bits += 3) {
     const auto values = values_of<U>(37, bits, false, random);
     std::vector<std::byte> coded;
     rice_encode(std::span<const U>(values), coded);
     for (std::size_t size = 0; size < coded.size(); ++size) {
-      const std::vector<std::byte> part(coded.begin(), coded.begin() + static_cast<std::ptrdiff_t>(size));
+      const std::vector<std::byte> part(coded.begin(),
+                                        coded.begin() + static_cast<std::ptrdiff_t>(size));
       std::vector<U> back(37);
       ASSERT_FALSE(rice_decode<U>(part, back).has_value()) << size << " of " << coded.size();
     }

@@ -18,10 +18,12 @@ struct PaperRow {
 
 // Goswami et al. 2010, Table II (St. Matthew, 186,850,683 points). The VBO sizes of the third and the
 // fourth row are exchanged there: 186,850,683 / 3^7 = 85,437 and / 7^4 = 77,822.
-constexpr PaperRow kTableII[] = {
-    {6, 4009, 7, 55987}, {6, 24029, 6, 9331}, {3, 85437, 8, 3280}, {7, 77822, 5, 2801}, {8, 364943, 4, 585}};
+constexpr PaperRow kTableII[] = {{6, 4009, 7, 55987},
+                                 {6, 24029, 6, 9331},
+                                 {3, 85437, 8, 3280},
+                                 {7, 77822, 5, 2801},
+                                 {8, 364943, 4, 585}};
 constexpr std::uint64_t kStMatthew = 186850683;
-
 
 TEST(Tree, ReproducesTableIIOfThePaper) {
   for (const PaperRow& row : kTableII) {
@@ -30,7 +32,8 @@ TEST(Tree, ReproducesTableIIOfThePaper) {
     EXPECT_EQ(tree.node_count(), row.nodes);
     // Four rows print the mean leaf size rounded to an integer; the first prints the target.
     if (row.vbo_size != 4009) {
-      EXPECT_LE(std::fabs(static_cast<double>(kStMatthew) / static_cast<double>(tree.nodes_on(tree.leaf_level())) -
+      EXPECT_LE(std::fabs(static_cast<double>(kStMatthew) /
+                              static_cast<double>(tree.nodes_on(tree.leaf_level())) -
                           static_cast<double>(row.vbo_size)),
                 1.0);
     }
@@ -77,8 +80,11 @@ TEST(Tree, DepthIsTheNearestIntegerToTheLogarithm) {
   for (std::uint64_t n = 1; n < 5000000; n = n * 5 / 4 + 1)
     for (const std::uint32_t fanout : {2U, 4U, 7U}) {
       const double depth = std::log(static_cast<double>(n) / 100.0) / std::log(fanout);
-      if (std::fabs(depth - std::floor(depth) - 0.5) < 1e-9) continue;  // a tie is decided in integers
-      EXPECT_EQ(Tree(n, fanout, 100).leaf_level(), static_cast<Level>(std::max(0.0, std::round(depth)))) << n;
+      if (std::fabs(depth - std::floor(depth) - 0.5) < 1e-9)
+        continue;  // a tie is decided in integers
+      EXPECT_EQ(Tree(n, fanout, 100).leaf_level(),
+                static_cast<Level>(std::max(0.0, std::round(depth))))
+          << n;
     }
 }
 
@@ -117,13 +123,15 @@ TEST(Tree, IdsParentsAndChildrenAgree) {
 }
 
 TEST(Tree, BestFanoutComesClosestToTheTarget) {
-  for (const std::uint64_t n : {std::uint64_t{1000000}, std::uint64_t{20000000}, std::uint64_t{28184526}, kStMatthew}) {
+  for (const std::uint64_t n :
+       {std::uint64_t{1000000}, std::uint64_t{20000000}, std::uint64_t{28184526}, kStMatthew}) {
     const auto distance = [&](std::uint32_t fanout) {
       const auto size = static_cast<std::int64_t>(Tree(n, fanout, 65536).node_points());
       return std::llabs(size - 65536);
     };
     const std::uint32_t best = Tree::best_fanout(n, 65536);
-    for (std::uint32_t fanout = 2; fanout <= 8; ++fanout) EXPECT_LE(distance(best), distance(fanout)) << n;
+    for (std::uint32_t fanout = 2; fanout <= 8; ++fanout)
+      EXPECT_LE(distance(best), distance(fanout)) << n;
   }
 }
 

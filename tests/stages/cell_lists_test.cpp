@@ -46,7 +46,9 @@ TEST(LevelLengths, EqualsTheLiteralQueue) {
 TEST(LevelLengths, SpreadsTheLastStepAlongTheCurve) {
   const std::vector<std::uint32_t> targets = level_lengths(std::vector<std::uint32_t>(100, 8), 750);
   for (std::size_t i = 0; i < 100; i += 10)
-    EXPECT_EQ(std::accumulate(targets.begin() + static_cast<std::ptrdiff_t>(i), targets.begin() + static_cast<std::ptrdiff_t>(i) + 10, 0U), 75U);
+    EXPECT_EQ(std::accumulate(targets.begin() + static_cast<std::ptrdiff_t>(i),
+                              targets.begin() + static_cast<std::ptrdiff_t>(i) + 10, 0U),
+              75U);
 }
 
 TEST(CutLists, SharesLeadingBitsAndStaysShort) {
@@ -70,8 +72,10 @@ TEST(AutoCellBits, AimsAtSixteenPointsACell) {
   // A plane of 2^7 x 2^7 points on a lattice of 2^16: 4 x 4 of them share a cell at 5 bits.
   std::vector<std::uint64_t> keys;
   for (std::uint64_t cell = 0; cell < (1 << 14); ++cell) {
-    std::uint64_t key = 0;  // interleave two coordinates with a zero third one: any curve with prefixes will do
-    for (int bit = 13; bit >= 0; --bit) key = bit % 2 == 1 ? (key << 2 | ((cell >> bit) & 1)) : (key << 1 | ((cell >> bit) & 1));
+    std::uint64_t key =
+        0;  // interleave two coordinates with a zero third one: any curve with prefixes will do
+    for (int bit = 13; bit >= 0; --bit)
+      key = bit % 2 == 1 ? (key << 2 | ((cell >> bit) & 1)) : (key << 1 | ((cell >> bit) & 1));
     keys.push_back(key << 27);
   }
   std::sort(keys.begin(), keys.end());

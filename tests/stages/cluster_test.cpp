@@ -45,7 +45,8 @@ class CollectingSink final : public NodeSink {
 
 class ClusterTest : public test::StageFixture {
  protected:
-  DatasetHeader header_for(std::size_t count, std::uint32_t fanout, std::uint64_t node_points) const {
+  DatasetHeader header_for(std::size_t count, std::uint32_t fanout,
+                           std::uint64_t node_points) const {
     DatasetHeader header;
     header.grid.step = {0.5, 0.25, 1.0};
     header.points = count;
@@ -58,8 +59,8 @@ class ClusterTest : public test::StageFixture {
   }
 
   /// Clusters points that stand in kd-order already (any order will do for what is tested).
-  std::vector<ClusteredNode> run(const std::vector<InputPoint>& points, const DatasetHeader& header, std::string_view reducer,
-                                 ClusterOptions options = {}) {
+  std::vector<ClusteredNode> run(const std::vector<InputPoint>& points, const DatasetHeader& header,
+                                 std::string_view reducer, ClusterOptions options = {}) {
     const std::size_t stride = formats::RecordLayout(header.schema, 12).stride;
     formats::ExternalArray records = context().make_array("records", points.size() * stride);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -81,7 +82,8 @@ std::vector<InputPoint> random_cloud(std::size_t count, std::int32_t range, unsi
   std::uniform_real_distribution<float> component(-1, 1);
   std::vector<InputPoint> points(count);
   for (InputPoint& p : points) {
-    for (auto& c : p.position) c = static_cast<std::int32_t>(random() % static_cast<unsigned>(range)) - range / 2;
+    for (auto& c : p.position)
+      c = static_cast<std::int32_t>(random() % static_cast<unsigned>(range)) - range / 2;
     p.intensity = static_cast<std::uint16_t>(random());
     p.kind = static_cast<std::uint8_t>(random() % 3);
     p.normal = {component(random), component(random), component(random)};
@@ -91,7 +93,8 @@ std::vector<InputPoint> random_cloud(std::size_t count, std::int32_t range, unsi
 
 /// For every node and every stored point the input points that it stands for, by following the
 /// assignments upwards from the leaves.
-std::vector<std::vector<std::vector<std::size_t>>> follow(const std::vector<ClusteredNode>& nodes, const Tree& tree,
+std::vector<std::vector<std::vector<std::size_t>>> follow(const std::vector<ClusteredNode>& nodes,
+                                                          const Tree& tree,
                                                           const std::vector<InputPoint>& input) {
   std::vector<std::vector<std::vector<std::size_t>>> stands_for(nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) stands_for[n].resize(nodes[n].points.count());
@@ -105,7 +108,9 @@ std::vector<std::vector<std::vector<std::size_t>>> follow(const std::vector<Clus
         for (std::size_t k = 0; k < range.count; ++k) {
           std::uint16_t intensity;
           std::memcpy(&intensity, nodes[n].points.attributes[0].data() + 2 * i, 2);
-          if (used[k] || input[range.first + k].position != nodes[n].points.position[i] || input[range.first + k].intensity != intensity) continue;
+          if (used[k] || input[range.first + k].position != nodes[n].points.position[i] ||
+              input[range.first + k].intensity != intensity)
+            continue;
           used[k] = true;
           stands_for[n][i].push_back(range.first + k);
           break;
@@ -152,11 +157,14 @@ TEST_F(ClusterTest, RepresentativesAreExactMeansOverInputPointsOnEveryLevel) {
           intensity += input[m].intensity;
         }
         for (int axis = 0; axis < 3; ++axis)
-          ASSERT_EQ(node.points.position[i][axis], rounded_mean(sum[axis], static_cast<std::int64_t>(members.size())));
+          ASSERT_EQ(node.points.position[i][axis],
+                    rounded_mean(sum[axis], static_cast<std::int64_t>(members.size())));
         ASSERT_EQ(formats::load_scalar(node.points.attributes[0].data() + 2 * i, ScalarType::kU16),
-                  static_cast<double>(rounded_mean(intensity, static_cast<std::int64_t>(members.size()))));
+                  static_cast<double>(
+                      rounded_mean(intensity, static_cast<std::int64_t>(members.size()))));
         for (const std::size_t m : members) {
-          const double d2 = squared_distance(header.grid, input[m].position, node.points.position[i]);
+          const double d2 =
+              squared_distance(header.grid, input[m].position, node.points.position[i]);
           squared += d2;
           farthest = std::max(farthest, std::sqrt(d2));
         }
@@ -192,7 +200,8 @@ TEST_F(ClusterTest, SampledRepresentativesAreInputPoints) {
   for (std::size_t i = 0; i < nodes[0].points.count(); ++i) {
     const bool found = std::any_of(input.begin(), input.end(), [&](const InputPoint& p) {
       return p.position == nodes[0].points.position[i] &&
-             p.intensity == formats::load_scalar(nodes[0].points.attributes[0].data() + 2 * i, ScalarType::kU16);
+             p.intensity == formats::load_scalar(nodes[0].points.attributes[0].data() + 2 * i,
+                                                 ScalarType::kU16);
     });
     ASSERT_TRUE(found);
   }
@@ -207,7 +216,8 @@ TEST_F(ClusterTest, SpheresOfRepresentativesReachOverWhatTheyStandFor) {
     const ClusteredNode& parent = nodes[value_of(tree.parent(NodeId{n}))];
     for (std::size_t i = 0; i < nodes[n].points.count(); ++i) {
       const std::uint32_t r = nodes[n].points.representative[i];
-      const double distance = std::sqrt(squared_distance(header.grid, nodes[n].points.position[i], parent.points.position[r]));
+      const double distance = std::sqrt(
+          squared_distance(header.grid, nodes[n].points.position[i], parent.points.position[r]));
       ASSERT_GE(parent.reach[r], distance + nodes[n].points.radius[i]);
     }
   }
@@ -227,9 +237,11 @@ TEST_F(ClusterTest, BlocksHoldTheRepresentativesOfTheirChild) {
       ASSERT_LT(r, parent.block_start[block + 1]);
       used[r] = true;
     }
-    for (std::uint32_t r = parent.block_start[block]; r < parent.block_start[block + 1]; ++r) ASSERT_TRUE(used[r]);
+    for (std::uint32_t r = parent.block_start[block]; r < parent.block_start[block + 1]; ++r)
+      ASSERT_TRUE(used[r]);
     if (tree.is_leaf(NodeId{n})) {
-      ASSERT_TRUE(std::is_sorted(nodes[n].points.representative.begin(), nodes[n].points.representative.end()));
+      ASSERT_TRUE(std::is_sorted(nodes[n].points.representative.begin(),
+                                 nodes[n].points.representative.end()));
     }
   }
 }
@@ -239,7 +251,8 @@ TEST_F(ClusterTest, IdenticalPointsShareTheirWeightEvenly) {
   const auto nodes = run(input, header_for(input.size(), 4, 256), "cluster");
   for (const ClusteredNode& node : nodes) {
     if (node.points.weight.empty()) continue;
-    const auto [low, high] = std::minmax_element(node.points.weight.begin(), node.points.weight.end());
+    const auto [low, high] =
+        std::minmax_element(node.points.weight.begin(), node.points.weight.end());
     EXPECT_LE(*high, 2 * *low);
     EXPECT_EQ(node.squared_error, 0);
     EXPECT_EQ(node.bound, 0);
@@ -260,7 +273,8 @@ TEST_F(ClusterTest, CancellingNormalsGiveTheHeaviestMembers) {
   std::vector<InputPoint> input;
   for (int i = 0; i < 64; ++i)
     input.push_back({{i / 2, 0, 0}, 0, 0, {0, 0, i % 2 == 0 ? 1.0F : -1.0F}});
-  const auto nodes = run(input, header_for(input.size(), 2, 16), "cluster", {.grid = {}, .theta = {180, 1.5F}});
+  const auto nodes =
+      run(input, header_for(input.size(), 2, 16), "cluster", {.grid = {}, .theta = {180, 1.5F}});
   for (std::size_t i = 0; i < nodes[0].points.count(); ++i) {
     float n[3];
     std::memcpy(n, nodes[0].points.attributes[2].data() + 12 * i, 12);

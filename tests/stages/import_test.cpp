@@ -46,7 +46,8 @@ class ImportTest : public test::StageFixture {
     std::vector<formats::WorldPoint> world;
     for (const RecordRun& run : points.runs)
       for (std::uint64_t i = 0; i < run.count; ++i)
-        world.push_back(points.grid.world(points.maps[run.scan].map(points.array.bytes().data() + run.first_byte + i * points.stride)));
+        world.push_back(points.grid.world(points.maps[run.scan].map(
+            points.array.bytes().data() + run.first_byte + i * points.stride)));
     return world;
   }
 };
@@ -54,8 +55,10 @@ class ImportTest : public test::StageFixture {
 TEST_F(ImportTest, LasScalesBecomeTheGridAndNothingIsRounded) {
   Scans scans;
   // Offsets 12.34 and -7.6 lie a whole number of centimetres apart.
-  scans.push_back(test::steps_scan({}, {steps_block({{1, 2, 3}, {INT32_MAX - 2000, 5, 6}})}, {0.01, 0.01, 0.001}, {12.34, 0, 0}));
-  scans.push_back(test::steps_scan({}, {steps_block({{-5, -2, 0}})}, {0.01, 0.01, 0.001}, {-7.6, 0, 0}));
+  scans.push_back(test::steps_scan({}, {steps_block({{1, 2, 3}, {INT32_MAX - 2000, 5, 6}})},
+                                   {0.01, 0.01, 0.001}, {12.34, 0, 0}));
+  scans.push_back(
+      test::steps_scan({}, {steps_block({{-5, -2, 0}})}, {0.01, 0.01, 0.001}, {-7.6, 0, 0}));
   const ImportedPoints points = import_scans(scans, {}, context());
   EXPECT_EQ(points.grid.step, (std::array<double, 3>{0.01, 0.01, 0.001}));
   EXPECT_TRUE(points.maps[0].exact() && points.maps[1].exact());
@@ -86,7 +89,8 @@ TEST_F(ImportTest, LasIntegersMaySpanAllOfInt32) {
 
 TEST_F(ImportTest, FloatStepsArePowersOfTwoThatFitThirtyBits) {
   Scans scans;
-  scans.push_back(test::world_scan(PositionEncoding::kFloat32, {}, {world_block({{0.25, -3, 1}, {100.5, 2, 1}, {7, 7, 7}})}));
+  scans.push_back(test::world_scan(PositionEncoding::kFloat32, {},
+                                   {world_block({{0.25, -3, 1}, {100.5, 2, 1}, {7, 7, 7}})}));
   const ImportedPoints points = import_scans(scans, {}, context());
   const double step = points.grid.step[0];
   EXPECT_EQ(step, std::exp2(std::ceil(std::log2(100.25 / ((1 << 30) - 2)))));
@@ -96,23 +100,27 @@ TEST_F(ImportTest, FloatStepsArePowersOfTwoThatFitThirtyBits) {
 }
 
 TEST_F(ImportTest, DropsAndCountsPointsThatAreNotFinite) {
-  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               inf = std::numeric_limits<double>::infinity();
   PointBlock block = world_block({{1, 1, 1}, {nan, 0, 0}, {2, 2, 2}, {0, -inf, 0}, {3, 3, 3}});
   add_column<std::uint8_t>(block, {10, 11, 12, 13, 14});
   Scans scans;
-  scans.push_back(test::world_scan(PositionEncoding::kFloat64, {{"tag", ScalarType::kU8, 1, ReduceRule::kNone}}, {block}));
+  scans.push_back(test::world_scan(PositionEncoding::kFloat64,
+                                   {{"tag", ScalarType::kU8, 1, ReduceRule::kNone}}, {block}));
   const ImportedPoints points = import_scans(scans, {}, context());
   EXPECT_EQ(points.points, 3U);
   EXPECT_EQ(points.ledger[0].read, 5U);
   EXPECT_EQ(points.ledger[0].dropped(), 2U);
   std::vector<int> tags;
-  for (std::uint64_t i = 0; i < 3; ++i) tags.push_back(std::to_integer<int>(points.array.bytes()[i * points.stride + 24]));
+  for (std::uint64_t i = 0; i < 3; ++i)
+    tags.push_back(std::to_integer<int>(points.array.bytes()[i * points.stride + 24]));
   EXPECT_EQ(tags, (std::vector<int>{10, 12, 14}));
 }
 
 TEST_F(ImportTest, RefusesACloudWithoutAUsablePoint) {
   Scans scans;
-  scans.push_back(test::world_scan(PositionEncoding::kFloat64, {}, {world_block({{std::nan(""), 0, 0}})}));
+  scans.push_back(
+      test::world_scan(PositionEncoding::kFloat64, {}, {world_block({{std::nan(""), 0, 0}})}));
   EXPECT_THROW(import_scans(scans, {}, context()), formats::Error);
 }
 
@@ -144,7 +152,8 @@ TEST_F(ImportTest, AnOutlierOfAHundredKilometresIsNoReasonToRefuse) {
 TEST_F(ImportTest, OnePointAndIdenticalPointsHaveAGrid) {
   for (const double at : {0.0, 1e-9, 500000.123, 6378137.0}) {
     Scans scans;
-    scans.push_back(test::world_scan(PositionEncoding::kFloat64, {}, {world_block({{at, at, at}, {at, at, at}})}));
+    scans.push_back(test::world_scan(PositionEncoding::kFloat64, {},
+                                     {world_block({{at, at, at}, {at, at, at}})}));
     const ImportedPoints points = import_scans(scans, {}, context());
     EXPECT_EQ(world_of(points)[0][0], at);
   }
@@ -158,37 +167,45 @@ TEST_F(ImportTest, MergesSchemasWideningColoursAndFillingZeros) {
   add_column<std::uint16_t>(wide, {77});
   Scans scans;
   scans.push_back(test::steps_scan({{"color", ScalarType::kU8, 3, ReduceRule::kMean}}, {narrow}));
-  scans.push_back(test::steps_scan({{"color", ScalarType::kU16, 3, ReduceRule::kMean}, {"intensity", ScalarType::kU16, 1, ReduceRule::kMean}}, {wide}));
+  scans.push_back(test::steps_scan({{"color", ScalarType::kU16, 3, ReduceRule::kMean},
+                                    {"intensity", ScalarType::kU16, 1, ReduceRule::kMean}},
+                                   {wide}));
   const ImportedPoints points = import_scans(scans, {}, context());
   ASSERT_EQ(points.schema.size(), 2U);
   EXPECT_EQ(points.schema[0].type, ScalarType::kU16);
   std::uint16_t values[8];
   std::memcpy(values, points.array.bytes().data() + 12, 8);
   std::memcpy(values + 4, points.array.bytes().data() + points.stride + 12, 8);
-  EXPECT_EQ(std::vector<std::uint16_t>(values, values + 8), (std::vector<std::uint16_t>{65535, 257, 0, 0, 65535, 256, 0, 77}));
+  EXPECT_EQ(std::vector<std::uint16_t>(values, values + 8),
+            (std::vector<std::uint16_t>{65535, 257, 0, 0, 65535, 256, 0, 77}));
 }
 
 TEST_F(ImportTest, RefusesToDropWhatIsNotThere) {
   Scans scans;
   scans.push_back(test::steps_scan({}, {steps_block({{0, 0, 0}})}));
-  EXPECT_THROW(import_scans(scans, {.drop = {"colour"}, .resolution = {}}, context()), formats::Error);
+  EXPECT_THROW(import_scans(scans, {.drop = {"colour"}, .resolution = {}}, context()),
+               formats::Error);
 }
 
 TEST_F(ImportTest, CanonicalRecordsAreTheMappedPoints) {
   PointBlock block = world_block({{1.5, 2.25, -3}, {0, 0, 0}});
   add_column<std::uint8_t>(block, {7, 8});
   Scans scans;
-  scans.push_back(test::world_scan(PositionEncoding::kFloat64, {{"tag", ScalarType::kU8, 1, ReduceRule::kNone}}, {block}));
+  scans.push_back(test::world_scan(PositionEncoding::kFloat64,
+                                   {{"tag", ScalarType::kU8, 1, ReduceRule::kNone}}, {block}));
   const ImportedPoints points = import_scans(scans, {}, context());
   std::multiset<std::string> streamed, expected;
-  stream_canonical_records(scans, points.schema, points.grid, [&](std::span<const std::byte> records, std::size_t stride) {
-    for (std::size_t i = 0; i < records.size(); i += stride)
-      streamed.insert(std::string(reinterpret_cast<const char*>(records.data()) + i, stride));
-  });
+  stream_canonical_records(
+      scans, points.schema, points.grid,
+      [&](std::span<const std::byte> records, std::size_t stride) {
+        for (std::size_t i = 0; i < records.size(); i += stride)
+          streamed.insert(std::string(reinterpret_cast<const char*>(records.data()) + i, stride));
+      });
   for (std::size_t i = 0; i < 2; ++i) {
     GridPoint p;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      p[axis] = static_cast<std::int32_t>(std::llround(block.world[i][axis] / points.grid.step[axis]) - points.grid.shift[axis]);
+      p[axis] = static_cast<std::int32_t>(
+          std::llround(block.world[i][axis] / points.grid.step[axis]) - points.grid.shift[axis]);
     std::string record(13, '\0');
     std::memcpy(record.data(), p.data(), 12);
     record[12] = static_cast<char>(7 + i);

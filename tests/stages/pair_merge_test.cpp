@@ -19,7 +19,8 @@ MergeList random_list(std::mt19937& random, std::uint32_t count, bool normals) {
     list.y[i] = coordinate(random);
     list.z[i] = coordinate(random);
     list.weight[i] = static_cast<float>(1 + random() % 5);
-    const float a = normals ? coordinate(random) * 3.1F : 0, b = normals ? coordinate(random) * 1.5F : 0;
+    const float a = normals ? coordinate(random) * 3.1F : 0,
+                b = normals ? coordinate(random) * 1.5F : 0;
     list.nx[i] = normals ? std::cos(a) * std::cos(b) : 0;
     list.ny[i] = normals ? std::sin(a) * std::cos(b) : 0;
     list.nz[i] = normals ? std::sin(b) : 0;
@@ -54,7 +55,8 @@ TEST(MergePairs, FirstMergeIsTheCheapestPairOfAll) {
     std::uint32_t best_a = 0, best_b = 0;
     for (std::uint32_t a = 0; a < list.count; ++a)
       for (std::uint32_t b = a + 1; b < list.count; ++b) {
-        const double dx = list.x[a] - list.x[b], dy = list.y[a] - list.y[b], dz = list.z[a] - list.z[b];
+        const double dx = list.x[a] - list.x[b], dy = list.y[a] - list.y[b],
+                     dz = list.z[a] - list.z[b];
         const double wa = list.weight[a], wb = list.weight[b];
         const double cost = wa * wb / (wa + wb) * (dx * dx + dy * dy + dz * dz);
         if (cost < cheapest) {

@@ -39,7 +39,11 @@ TEST(RunInArena, OneWorkerRunsOnePieceAtATime) {
 }
 
 TEST(ForEachPiece, RethrowsAnError) {
-  EXPECT_THROW(for_each_piece(100, [](std::uint64_t i) { if (i == 37) throw std::runtime_error("piece"); }), std::runtime_error);
+  EXPECT_THROW(for_each_piece(100,
+                              [](std::uint64_t i) {
+                                if (i == 37) throw std::runtime_error("piece");
+                              }),
+               std::runtime_error);
 }
 
 }  // namespace

@@ -17,14 +17,16 @@ using formats::GridPoint;
 TEST(SelectRanks, EqualsSortingForEverySpanAndManyTies) {
   const test::TemporaryFolder folder;
   std::mt19937_64 random(11);
-  for (const std::uint64_t span : {0ULL, 1ULL, 3ULL, 1000ULL, 65535ULL, 65536ULL, (1ULL << 24), (1ULL << 30), (1ULL << 32) - 1}) {
+  for (const std::uint64_t span : {0ULL, 1ULL, 3ULL, 1000ULL, 65535ULL, 65536ULL, (1ULL << 24),
+                                   (1ULL << 30), (1ULL << 32) - 1}) {
     const std::size_t count = 5000;
     ExternalArray array(folder.path() / std::to_string(span), count * 12);
     std::vector<std::uint32_t> keys(count);
     const std::int32_t low = span > INT32_MAX ? INT32_MIN : -1000;
     for (std::size_t i = 0; i < count; ++i) {
       // Half of the points share few values.
-      keys[i] = static_cast<std::uint32_t>(random() % 2 == 0 ? random() % (span + 1) : random() % 3 * (span / 3));
+      keys[i] = static_cast<std::uint32_t>(random() % 2 == 0 ? random() % (span + 1)
+                                                             : random() % 3 * (span / 3));
       const GridPoint p{7, static_cast<std::int32_t>(low + static_cast<std::int64_t>(keys[i])), -7};
       std::memcpy(array.bytes().data() + 12 * i, p.data(), 12);
     }
@@ -35,11 +37,14 @@ TEST(SelectRanks, EqualsSortingForEverySpanAndManyTies) {
     for (std::uint64_t i = 1; i < 9; ++i) ranks.push_back(i * count / 9);
     std::sort(keys.begin(), keys.end());
     for (const bool parallel : {false, true}) {
-      const auto boundaries = select_ranks(slabs, 1, low, static_cast<std::uint32_t>(span), ranks, parallel, parallel);
+      const auto boundaries =
+          select_ranks(slabs, 1, low, static_cast<std::uint32_t>(span), ranks, parallel, parallel);
       ASSERT_EQ(boundaries.size(), ranks.size());
       for (std::size_t i = 0; i < ranks.size(); ++i) {
         EXPECT_EQ(boundaries[i].key, keys[ranks[i]]) << span;
-        EXPECT_EQ(boundaries[i].less, static_cast<std::uint64_t>(std::lower_bound(keys.begin(), keys.end(), keys[ranks[i]]) - keys.begin()));
+        EXPECT_EQ(boundaries[i].less,
+                  static_cast<std::uint64_t>(
+                      std::lower_bound(keys.begin(), keys.end(), keys[ranks[i]]) - keys.begin()));
       }
     }
   }

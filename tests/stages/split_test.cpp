@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "stages/import/import.h"
 #include "stages/parallel.h"
 #include "tests/support/stage_fixture.h"
 
@@ -31,31 +32,36 @@ std::vector<NumberedPoint> records_of(const SplitPoints& points) {
 
 /// The split told in the plainest way: sort every node by (coordinate on its longest axis, order in the
 /// parent) and cut.
-void split_by_sorting(std::span<NumberedPoint> node, const Tree& tree, formats::Level level, std::uint64_t index) {
+void split_by_sorting(std::span<NumberedPoint> node, const Tree& tree, formats::Level level,
+                      std::uint64_t index) {
   if (level == tree.leaf_level()) return;
   GridBox box;
   for (const NumberedPoint& p : node) box.add(p.position);
   std::size_t axis = 0;
   for (std::size_t a = 1; a < 3; ++a)
     if (box.span(static_cast<int>(a)) > box.span(static_cast<int>(axis))) axis = a;
-  std::stable_sort(node.begin(), node.end(), [axis](const NumberedPoint& a, const NumberedPoint& b) {
-    return a.position[axis] < b.position[axis];
-  });
+  std::stable_sort(node.begin(), node.end(),
+                   [axis](const NumberedPoint& a, const NumberedPoint& b) {
+                     return a.position[axis] < b.position[axis];
+                   });
   const std::uint64_t first = tree.input_range(level, index).first;
   for (std::uint64_t i = 0; i < tree.fanout(); ++i) {
     const auto child = tree.input_range(level + 1, index * tree.fanout() + i);
-    split_by_sorting(node.subspan(child.first - first, child.count), tree, level + 1, index * tree.fanout() + i);
+    split_by_sorting(node.subspan(child.first - first, child.count), tree, level + 1,
+                     index * tree.fanout() + i);
   }
 }
 
 /// The points of each leaf, in the order of their numbers: a stable scatter keeps the order of arrival
 /// where sorting by coordinate does not, so leaves are compared as sets.
-std::vector<std::vector<std::uint32_t>> leaf_sets(std::span<const NumberedPoint> points, const Tree& tree) {
+std::vector<std::vector<std::uint32_t>> leaf_sets(std::span<const NumberedPoint> points,
+                                                  const Tree& tree) {
   std::vector<std::vector<std::uint32_t>> leaves;
   for (std::uint64_t i = 0; i < tree.nodes_on(tree.leaf_level()); ++i) {
     const auto range = tree.input_range(tree.leaf_level(), i);
     auto& leaf = leaves.emplace_back();
-    for (const NumberedPoint& p : points.subspan(range.first, range.count)) leaf.push_back(p.number);
+    for (const NumberedPoint& p : points.subspan(range.first, range.count))
+      leaf.push_back(p.number);
     std::sort(leaf.begin(), leaf.end());
   }
   return leaves;
@@ -73,7 +79,8 @@ class SplitTest : public test::StageFixture {
       block.columns[0].insert(block.columns[0].end(), bytes.begin(), bytes.end());
     }
     Scans scans;
-    scans.push_back(test::steps_scan({{"number", formats::ScalarType::kU32, 1, formats::ReduceRule::kNone}}, {block}));
+    scans.push_back(test::steps_scan(
+        {{"number", formats::ScalarType::kU32, 1, formats::ReduceRule::kNone}}, {block}));
     return split(import_scans(scans, {}, context()), tree, context());
   }
 };
@@ -152,7 +159,8 @@ TEST_F(SplitTest, OnePointAndOneLeafAreJustMapped) {
 }
 
 TEST_F(SplitTest, SameBytesFromAnyThreadsAndWithTinyMemory) {
-  const auto points = random_points(1 << 21, 700, 4);  // large enough for the parallel pass, with many ties
+  const auto points =
+      random_points(1 << 21, 700, 4);  // large enough for the parallel pass, with many ties
   const Tree tree(points.size(), 3, 20000);
   const auto with = [&](unsigned threads, std::uint64_t memory) {
     context().memory_bytes = memory;
@@ -161,7 +169,8 @@ TEST_F(SplitTest, SameBytesFromAnyThreadsAndWithTinyMemory) {
     return result;
   };
   const auto bytes = [](const std::vector<NumberedPoint>& records) {
-    return std::string_view(reinterpret_cast<const char*>(records.data()), records.size() * sizeof(NumberedPoint));
+    return std::string_view(reinterpret_cast<const char*>(records.data()),
+                            records.size() * sizeof(NumberedPoint));
   };
   const auto one = with(1, std::uint64_t{1} << 30);
   EXPECT_EQ(bytes(one), bytes(with(2, std::uint64_t{1} << 30)));

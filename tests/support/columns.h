@@ -16,11 +16,11 @@ namespace cairn::tests {
 
 using Bytes = std::vector<std::byte>;
 
-inline constexpr formats::ScalarType kAllTypes[] = {formats::ScalarType::kU8,  formats::ScalarType::kI8,
-                                                    formats::ScalarType::kU16, formats::ScalarType::kI16,
-                                                    formats::ScalarType::kU32, formats::ScalarType::kI32,
-                                                    formats::ScalarType::kU64, formats::ScalarType::kI64,
-                                                    formats::ScalarType::kF32, formats::ScalarType::kF64};
+inline constexpr formats::ScalarType kAllTypes[] = {
+    formats::ScalarType::kU8,  formats::ScalarType::kI8,  formats::ScalarType::kU16,
+    formats::ScalarType::kI16, formats::ScalarType::kU32, formats::ScalarType::kI32,
+    formats::ScalarType::kU64, formats::ScalarType::kI64, formats::ScalarType::kF32,
+    formats::ScalarType::kF64};
 
 /// What the scalars of a column are like.
 enum class Content { kZero, kConstant, kNoise, kWalk, kSteps, kRuns, kExtremes, kScaled, kSmall };
@@ -54,7 +54,8 @@ inline std::uint64_t next_scalar(Content content, std::uint64_t before, std::mt1
 }
 
 /// A column of this shape and content; the low bits of each scalar are kept.
-inline Bytes make_column(const formats::ColumnShape& shape, Content content, std::uint64_t seed = 1) {
+inline Bytes make_column(const formats::ColumnShape& shape, Content content,
+                         std::uint64_t seed = 1) {
   std::mt19937_64 random(seed);
   Bytes column(shape.size_bytes());
   std::vector<std::uint64_t> before(shape.components, 1000);

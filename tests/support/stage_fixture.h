@@ -27,7 +27,8 @@ class StageFixture : public ::testing::Test {
     context_.memory_bytes = std::uint64_t{1} << 30;
     context_.progress = &progress_;
     context_.make_array = [this](std::string_view name, std::uint64_t size_bytes) {
-      return formats::ExternalArray(folder_ / (std::string(name) + std::to_string(next_array_++)), size_bytes);
+      return formats::ExternalArray(folder_ / (std::string(name) + std::to_string(next_array_++)),
+                                    size_bytes);
     };
   }
   stages::Context& context() { return context_; }
@@ -50,15 +51,20 @@ class MemoryScan final : public formats::ScanReader {
   }
   const formats::ScanInfo& info() const override { return info_; }
   std::size_t stretch_count() const override { return blocks_.size(); }
-  std::uint64_t stretch_capacity(std::size_t stretch) const override { return blocks_[stretch].count; }
-  void read(std::size_t stretch, const formats::BlockSink& sink) const override { sink(blocks_[stretch]); }
+  std::uint64_t stretch_capacity(std::size_t stretch) const override {
+    return blocks_[stretch].count;
+  }
+  void read(std::size_t stretch, const formats::BlockSink& sink) const override {
+    sink(blocks_[stretch]);
+  }
 
  private:
   formats::ScanInfo info_;
   std::vector<formats::PointBlock> blocks_;
 };
 
-inline std::unique_ptr<formats::ScanReader> steps_scan(formats::Schema schema, std::vector<formats::PointBlock> blocks,
+inline std::unique_ptr<formats::ScanReader> steps_scan(formats::Schema schema,
+                                                       std::vector<formats::PointBlock> blocks,
                                                        std::array<double, 3> scale = {1, 1, 1},
                                                        std::array<double, 3> offset = {0, 0, 0}) {
   formats::ScanInfo info;
@@ -70,7 +76,8 @@ inline std::unique_ptr<formats::ScanReader> steps_scan(formats::Schema schema, s
   return std::make_unique<MemoryScan>(std::move(info), std::move(blocks));
 }
 
-inline std::unique_ptr<formats::ScanReader> world_scan(formats::PositionEncoding encoding, formats::Schema schema,
+inline std::unique_ptr<formats::ScanReader> world_scan(formats::PositionEncoding encoding,
+                                                       formats::Schema schema,
                                                        std::vector<formats::PointBlock> blocks) {
   formats::ScanInfo info;
   info.path = "world";

@@ -1,0 +1,72 @@
+// How a scan's positions become steps of a dataset's grid.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "formats/bytes.h"
+#include "formats/dataset/grid.h"
+#include "formats/scans/scan_reader.h"
+
+namespace cairn::formats {
+
+/// How an axis of LAS steps lies on a grid axis: grid step + shift = factor * scan step + addend.
+struct AxisFit {
+  std::int64_t factor;
+  std::int64_t addend;
+};
+
+/// The fit of LAS steps of `scan_scale` from `scan_offset`, if they are whole grid steps. Scales and offsets
+/// are decimal fractions rounded to doubles: a millionth of a step counts as whole.
+std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step, double grid_offset);
+
+/// How positions of one scan become grid steps; a pure function of the scan's header and the grid.
+class PositionMap {
+ public:
+  PositionMap(const ScanInfo& scan, const Grid& grid);
+
+  PositionEncoding encoding() const { return encoding_; }
+  /// True if mapping is a whole-number shift of multiples: nothing is rounded.
+  bool exact() const { return exact_; }
+
+  /// Maps the position stored at `bytes` in the scan's encoding. Coordinates beyond int32 saturate; a
+  /// grid from choose_grid has none.
+  GridPoint map(const std::byte* bytes) const {
+    GridPoint out;
+    for (std::size_t axis = 0; axis < 3; ++axis) out[axis] = map_axis(bytes, axis);
+    return out;
+  }
+  GridPoint map(const std::array<double, 3>& native) const;
+
+ private:
+  std::int32_t map_axis(const std::byte* bytes, std::size_t axis) const {
+    switch (encoding_) {
+      case PositionEncoding::kSteps: {
+        const auto step = load_le<std::int32_t>(bytes + 4 * axis);
+        return exact_ ? saturate(static_cast<std::int64_t>(step) * factor_[axis] + addend_[axis]) : round(axis, step);
+      }
+      case PositionEncoding::kFloat32:
+        return round(axis, static_cast<double>(load_le<float>(bytes + 4 * axis)));
+      case PositionEncoding::kFloat64:
+        return round(axis, load_le<double>(bytes + 8 * axis));
+    }
+    return 0;
+  }
+  std::int32_t round(std::size_t axis, double native) const;
+  static std::int32_t saturate(std::int64_t steps) {
+    if (steps < INT32_MIN) return INT32_MIN;
+    if (steps > INT32_MAX) return INT32_MAX;
+    return static_cast<std::int32_t>(steps);
+  }
+
+  PositionEncoding encoding_;
+  bool exact_ = false;
+  std::array<std::int64_t, 3> factor_{1, 1, 1};  ///< exact: grid step = factor * scan step + addend
+  std::array<std::int64_t, 3> addend_{0, 0, 0};
+  std::array<double, 3> scan_scale_;
+  std::array<double, 3> scan_offset_;
+  Grid grid_;
+};
+
+}  // namespace cairn::formats

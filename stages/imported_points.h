@@ -1,0 +1,43 @@
+// How imported points travel from the import stage to the split stage, which know nothing of each other.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/arrays/external_array.h"
+#include "formats/dataset/grid.h"
+#include "formats/scans/position_map.h"
+#include "formats/schema.h"
+
+namespace cairn::stages {
+
+/// What became of one scan's records.
+struct ScanLedger {
+  std::uint64_t claimed = 0;
+  std::uint64_t read = 0;
+  std::uint64_t kept = 0;
+  std::uint64_t dropped() const { return read - kept; }  ///< non-finite coordinates
+  std::uint64_t missing() const { return claimed - read; }
+};
+
+/// A dense run of imported records that share one scan's encoding.
+struct RecordRun {
+  std::size_t scan = 0;
+  std::uint64_t first_byte = 0;
+  std::uint64_t count = 0;
+};
+
+struct ImportedPoints {
+  formats::ExternalArray array;
+  formats::Schema schema;             ///< of the records, radius last if there is one
+  std::size_t native_position_bytes;  ///< 12 or 24: room for a position in front of each record
+  std::size_t stride;                 ///< bytes of a record
+  std::vector<RecordRun> runs;        ///< in campaign order: by scan, then as in its file
+  formats::Grid grid;
+  std::vector<formats::PositionMap> maps;      ///< one a scan
+  std::vector<ScanLedger> ledger;     ///< one a scan
+  formats::GridBox box;               ///< tight box of all points on the grid
+  std::uint64_t points = 0;           ///< kept
+};
+
+}  // namespace cairn::stages
