@@ -120,8 +120,10 @@ int parse_and_run(int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // a file size limit is then an error of write, which names the file
+  // Writes then fail with an errno: one that exceeds a file size limit names its file, and a build goes on
+  // when nobody reads its progress any more.
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   try {
     return parse_and_run(argc, argv);
   } catch (...) {
