@@ -20,7 +20,7 @@ failed=()
 scripts/check_includes.py || failed+=("include directions")
 clang-format --dry-run --Werror "${files[@]}" || failed+=(clang-format)
 if [[ ${#sources[@]} -gt 0 ]]; then
-  # With the compile commands of GCC, of which Clang may not know every warning.
+  # With the compile commands of GCC; Clang may not know every warning in them.
   cmake --preset release >/dev/null
   printf '%s\0' "${sources[@]}" |
     xargs -0 --max-args 1 --max-procs "$(nproc)" \
