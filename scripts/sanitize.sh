@@ -4,6 +4,7 @@
 #   scripts/sanitize.sh asan    addresses and undefined behaviour: all short tests
 #   scripts/sanitize.sh tsan    data races: the short tests of the parallel code
 #   scripts/sanitize.sh         both
+#   scripts/sanitize.sh fuzz    hostile bytes into the readers, two minutes each
 set -euo pipefail
 cd "$(dirname "$0")/.."
 jobs=$(nproc)
@@ -38,14 +39,14 @@ build_tsan_onetbb() {
   touch "$tree/install/done"
 }
 
-# run <preset> <ctest option>...
+# run <preset> <label> <ctest option>...
 run() {
-  local preset=$1
-  shift
+  local preset=$1 label=$2
+  shift 2
   echo "== $preset"
   cmake --preset "$preset" >/dev/null
   cmake --build --preset "$preset"
-  ctest --preset "$preset" --parallel "$jobs" --label-regex short "$@"
+  ctest --preset "$preset" --parallel "$jobs" --label-regex "$label" "$@"
 }
 
 scripts/setup.sh checks
@@ -53,11 +54,12 @@ export UBSAN_OPTIONS=print_stacktrace=1
 [[ $# -gt 0 ]] || set -- asan tsan
 for sanitizer in "$@"; do
   case $sanitizer in
-    asan) run asan ;;
+    asan) run asan short ;;
     tsan)
       build_tsan_onetbb
-      run tsan --tests-regex '^(stages|end_to_end)/'
+      run tsan short --tests-regex '^(stages|end_to_end)/'
       ;;
+    fuzz) run fuzz long --tests-regex '^fuzz/' ;;
     *) grep '^#   ' "$0" >&2; exit 2 ;;
   esac
 done

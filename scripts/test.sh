@@ -2,7 +2,7 @@
 # Builds the release and runs its tests.
 #
 #   scripts/test.sh            all short tests
-#   scripts/test.sh --long     the long ones
+#   scripts/test.sh --long     the long ones, fuzzing first
 #   scripts/test.sh --all      short and long ones, after the sanitizers' builds and tests
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -16,6 +16,7 @@ esac
 
 scripts/setup.sh
 [[ "${1:-}" != --all ]] || scripts/sanitize.sh
+[[ -z "${1:-}" ]] || scripts/sanitize.sh fuzz
 cmake --preset release
 cmake --build --preset release
 ctest --preset release --parallel "$(nproc)" --label-regex "$label"

@@ -1,10 +1,5 @@
 // libFuzzer target for the scan readers: whatever the bytes, a scan is read whole or refused with an Error.
-// Started by hand:
-//   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -I. tests/fuzz/scan_fuzzer.cpp
-//     formats/{error,schema,random_access_file,buffered_reader}.cpp
-//     formats/scans/{open_scan,las_*,ply_*,attribute_naming,parse_number}.cpp
-//     formats/{output_file,part_file}.cpp -lfmt -o scan_fuzzer
-//   ./scan_fuzzer -rss_limit_mb=512 -max_len=65536 CORPUS
+// `scripts/sanitize.sh fuzz` runs it; with a folder of scans as its argument it starts from those.
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,6 +1,4 @@
-// libFuzzer target for node sections:
-//   clang++ -std=c++20 -O1 -g -I. -fsanitize=fuzzer,address,undefined tests/fuzz/section_fuzzer.cpp
-//     formats/dataset/{lanes,rice,filters,node_section,codec}.cpp formats/{schema,error}.cpp -llzo2 -lzstd
+// libFuzzer target for node sections; `scripts/sanitize.sh fuzz` runs it.
 // The first bytes of an input choose the shape and the codec. The rest is taken first as a column, which
 // has to come back from its section, then as a hostile section, decoded into an allocation of exactly
 // the column's size.
