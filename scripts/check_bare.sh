@@ -30,10 +30,10 @@ done
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
 mount -t proc proc "$root/proc"
 
-mkdir -p "$root/work"
-git clone --quiet --no-hardlinks . "$root/work/cairn"
-[[ ! -d ../shared ]] || cp --archive --dereference ../shared "$root/work/shared"
+mkdir -p "$root/build"
+git clone --quiet --no-hardlinks . "$root/build/cairn"
+[[ ! -d ../shared ]] || cp --archive --dereference ../shared "$root/build/shared"
 
 echo "Bare Debian $(cat "$root/etc/debian_version") in $root"
 env --ignore-environment PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 \
-  chroot "$root" bash -c "cd /work/cairn && ${1:-scripts/demo.sh && scripts/test.sh}"
+  chroot "$root" bash -c "cd /build/cairn && ${1:-scripts/demo.sh && scripts/test.sh}"
