@@ -34,10 +34,10 @@ struct ImportedPoints {
   std::size_t stride;                 ///< bytes of a record
   std::vector<RecordRun> runs;        ///< in campaign order: by scan, then as in its file
   formats::Grid grid;
-  std::vector<formats::PositionMap> maps;      ///< one a scan
-  std::vector<ScanLedger> ledger;     ///< one a scan
-  formats::GridBox box;               ///< tight box of all points on the grid
-  std::uint64_t points = 0;           ///< kept
+  std::vector<formats::PositionMap> maps;  ///< one a scan
+  std::vector<ScanLedger> ledger;          ///< one a scan
+  formats::GridBox box;                    ///< tight box of all points on the grid
+  std::uint64_t points = 0;                ///< kept
 };
 
 }  // namespace cairn::stages

@@ -11,13 +11,15 @@ constexpr double kLargestWhole = 9007199254740992.0;  // 2^53
 
 std::optional<std::int64_t> whole_number(double value) {
   const double nearest = std::round(value);
-  if (!(std::fabs(value - nearest) <= kWholeTolerance) || std::fabs(nearest) > kLargestWhole) return std::nullopt;
+  if (!(std::fabs(value - nearest) <= kWholeTolerance) || std::fabs(nearest) > kLargestWhole)
+    return std::nullopt;
   return static_cast<std::int64_t>(nearest);
 }
 
 }  // namespace
 
-std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step, double grid_offset) {
+std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step,
+                                double grid_offset) {
   const auto factor = whole_number(scan_scale / grid_step);
   const auto addend = whole_number((scan_offset - grid_offset) / grid_step);
   // The product with an int32 must stay far from the end of int64.
@@ -30,7 +32,8 @@ PositionMap::PositionMap(const ScanInfo& scan, const Grid& grid)
   if (encoding_ != PositionEncoding::kSteps) return;
   exact_ = true;
   for (std::size_t axis = 0; axis < 3 && exact_; ++axis) {
-    const auto fit = fit_axis(scan.scale[axis], scan.offset[axis], grid.step[axis], grid.offset[axis]);
+    const auto fit =
+        fit_axis(scan.scale[axis], scan.offset[axis], grid.step[axis], grid.offset[axis]);
     exact_ = fit.has_value();
     if (!fit) break;
     factor_[axis] = fit->factor;
@@ -39,13 +42,15 @@ PositionMap::PositionMap(const ScanInfo& scan, const Grid& grid)
 }
 
 std::int32_t PositionMap::round(std::size_t axis, double native) const {
-  const double world =
-      encoding_ == PositionEncoding::kSteps ? scan_offset_[axis] + scan_scale_[axis] * native : native;
+  const double world = encoding_ == PositionEncoding::kSteps
+                           ? scan_offset_[axis] + scan_scale_[axis] * native
+                           : native;
   const double steps = (world - grid_.offset[axis]) / grid_.step[axis];
   if (!(std::fabs(steps) < 9.0e18)) return steps < 0 ? INT32_MIN : INT32_MAX;
   const std::int64_t shifted = std::llround(steps);
   std::int64_t result;
-  if (__builtin_sub_overflow(shifted, grid_.shift[axis], &result)) return steps < 0 ? INT32_MIN : INT32_MAX;
+  if (__builtin_sub_overflow(shifted, grid_.shift[axis], &result))
+    return steps < 0 ? INT32_MIN : INT32_MAX;
   return saturate(result);
 }
 

@@ -19,7 +19,8 @@ struct AxisFit {
 
 /// The fit of LAS steps of `scan_scale` from `scan_offset`, if they are whole grid steps. Scales and offsets
 /// are decimal fractions rounded to doubles: a millionth of a step counts as whole.
-std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step, double grid_offset);
+std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step,
+                                double grid_offset);
 
 /// How positions of one scan become grid steps; a pure function of the scan's header and the grid.
 class PositionMap {
@@ -44,7 +45,8 @@ class PositionMap {
     switch (encoding_) {
       case PositionEncoding::kSteps: {
         const auto step = load_le<std::int32_t>(bytes + 4 * axis);
-        return exact_ ? saturate(static_cast<std::int64_t>(step) * factor_[axis] + addend_[axis]) : round(axis, step);
+        return exact_ ? saturate(static_cast<std::int64_t>(step) * factor_[axis] + addend_[axis])
+                      : round(axis, step);
       }
       case PositionEncoding::kFloat32:
         return round(axis, static_cast<double>(load_le<float>(bytes + 4 * axis)));
