@@ -17,13 +17,13 @@ root=$(mktemp --directory --tmpdir cairn-bare.XXXXXX)
 chmod 755 "$root"
 clean_up() {
   mountpoint --quiet "$root/proc" && umount "$root/proc"
-  rm -rf --one-file-system "$root"
+  rm -rf --one-file-system "$root" "$root.log"
 }
 trap clean_up EXIT
 
 debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" ||
   { tail -n 20 "$root.log" >&2; exit 1; }
-rm -f "$root.log" "$root/etc/apt/sources.list"
+rm -f "$root/etc/apt/sources.list"
 for part in /etc/apt /usr/share/keyrings /etc/ssl/certs /usr/share/ca-certificates; do
   [[ -d $part ]] && mkdir -p "$root$part" && cp --archive "$part/." "$root$part"
 done
