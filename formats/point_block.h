@@ -21,6 +21,8 @@ inline constexpr std::size_t kBlockPoints = 65536;
 
 struct PointBlock {
   std::size_t count = 0;
+  /// Records met since the block before that hold no point, such as empty cells of a gridded scan.
+  std::uint64_t no_return = 0;
   std::vector<std::array<std::int32_t, 3>>
       steps;  ///< `count` entries if the encoding is kSteps, else empty
   std::vector<std::array<double, 3>>

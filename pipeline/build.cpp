@@ -8,6 +8,8 @@
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "formats/output_file.h"
+#include "formats/scans/crs.h"
+#include "pipeline/campaign.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/run_record.h"
 #include "pipeline/stage_clock.h"
@@ -25,14 +27,6 @@ using formats::DatasetHeader;
 using formats::Tree;
 
 namespace {
-
-stages::Scans open_scans(const BuildOptions& options) {
-  stages::Scans scans;
-  for (const auto& path : options.scans)
-    scans.push_back(formats::open_scan(path, {.allow_truncated = options.allow_truncated}));
-  if (scans.empty()) formats::throw_usage("no scans are given");
-  return scans;
-}
 
 Tree choose_tree(const BuildOptions& options, std::uint64_t points) {
   const std::uint32_t fanout =
@@ -72,6 +66,26 @@ DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoi
   return header;
 }
 
+/// What became of a scan; its CRS records are added to those known, each once.
+formats::SourceSummary summary_of(const formats::ScanInfo& info, const stages::ScanLedger& ledger,
+                                  std::vector<formats::VariableLengthRecord>& crs) {
+  formats::SourceSummary summary{.name = info.name(),
+                                 .format = info.format,
+                                 .claimed = ledger.claimed,
+                                 .kept = ledger.kept,
+                                 .non_finite = ledger.non_finite(),
+                                 .no_return = ledger.no_return,
+                                 .missing = ledger.missing(),
+                                 .box = ledger.box,
+                                 .crs = {}};
+  for (const formats::VariableLengthRecord& record : info.crs) {
+    const auto known = std::find(crs.begin(), crs.end(), record);
+    summary.crs.push_back(static_cast<std::size_t>(known - crs.begin()));
+    if (known == crs.end()) crs.push_back(record);
+  }
+  return summary;
+}
+
 formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
                                     const std::vector<stages::ScanLedger>& ledger) {
   formats::MetadataExtras extras;
@@ -79,8 +93,11 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
     return value ? fmt::format("{}", *value) : std::string("\"auto\"");
   };
   const auto quoted = [](std::string_view text) { return fmt::format("\"{}\"", text); };
-  std::vector<std::string> dropped;
-  for (const std::string& name : options.drop) dropped.push_back(quoted(name));
+  const auto list = [&](const std::vector<std::string>& names) {
+    std::vector<std::string> items;
+    for (const std::string& name : names) items.push_back(quoted(name));
+    return fmt::format("[{}]", fmt::join(items, ", "));
+  };
   extras.parameters = {
       {"fanout", number_or_auto(options.fanout)},
       {"node_points", fmt::format("{}", options.node_points)},
@@ -91,15 +108,14 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
       {"position_bits", fmt::format("{}", options.position_bits)},
       {"lossless_leaves", options.lossless_leaves ? "true" : "false"},
       {"codec", quoted(formats::name_of(options.codec))},
-      {"drop", fmt::format("[{}]", fmt::join(dropped, ", "))},
+      {"drop", list(options.drop)},
+      {"keep", list(options.keep)},
       {"resolution", options.resolution ? fmt::format("{}", *options.resolution) : "null"}};
-  for (std::size_t s = 0; s < scans.size(); ++s) {
-    const formats::ScanInfo& info = scans[s]->info();
-    extras.sources.push_back({info.path.filename().string(), info.format, ledger[s].claimed,
-                              ledger[s].kept, ledger[s].dropped(), ledger[s].missing()});
-    for (const formats::VariableLengthRecord& record : info.crs)
-      if (std::find(extras.crs.begin(), extras.crs.end(), record) == extras.crs.end())
-        extras.crs.push_back(record);
+  for (std::size_t s = 0; s < scans.size(); ++s)
+    extras.sources.push_back(summary_of(scans[s]->info(), ledger[s], extras.crs));
+  if (!options.crs.empty()) {
+    extras.crs = *formats::crs_records(options.crs);
+    for (formats::SourceSummary& source : extras.sources) source.crs.clear();
   }
   return extras;
 }
@@ -131,10 +147,13 @@ class Build {
 
  private:
   void run_stages() {
-    const stages::Scans scans = open_scans(options_);
-    const stages::ImportOptions import{.drop = options_.drop, .resolution = options_.resolution};
+    const stages::Scans scans = open_campaign(options_.campaign);
+    const stages::ImportOptions import{
+        .drop = options_.drop, .keep = options_.keep, .resolution = options_.resolution};
     require_disk(workspace_, scans, import);
-    for (const auto& scan : scans) input_bytes_ += std::filesystem::file_size(scan->info().path);
+    scans_ = scans.size();
+    for (const auto& path : options_.campaign.scans)
+      input_bytes_ += std::filesystem::file_size(path);
 
     stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
     const Tree tree = choose_tree(options_, imported.points);
@@ -177,7 +196,7 @@ class Build {
     report.threads = context_.threads;
     report.memory_limit_bytes = context_.memory_bytes;
     report.peak_memory_bytes = peak_memory_bytes();
-    report.scans = options_.scans.size();
+    report.scans = scans_;
     report.input_bytes = input_bytes_;
     return report;
   }
@@ -186,6 +205,7 @@ class Build {
   StageClock clock_;
   Workspace workspace_;
   stages::Context context_;
+  std::uint64_t scans_ = 0;
   std::uint64_t input_bytes_ = 0;
 };
 

@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "formats/dataset/codec.h"
+#include "pipeline/campaign.h"
 
 namespace cairn::pipeline {
 
 struct BuildOptions {
-  std::vector<std::filesystem::path> scans;
+  CampaignOptions campaign;
   std::filesystem::path output;         ///< NAME.cairn
+  std::string crs;                      ///< "EPSG:n" or WKT; empty: what the scans tell
   std::optional<std::uint32_t> fanout;  ///< N; none: auto
   std::uint64_t node_points = 65536;    ///< s
   std::optional<std::uint32_t> grid;    ///< K; none: auto
@@ -24,10 +26,10 @@ struct BuildOptions {
   bool lossless_leaves = false;
   formats::Codec codec = formats::Codec::kLzo;
   std::vector<std::string> drop;     ///< attributes to leave out, by name
+  std::vector<std::string> keep;     ///< if not empty: all others are left out
   std::optional<double> resolution;  ///< world units; accepts a coarser grid than an input's own
-  bool allow_truncated = false;
-  std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
-  unsigned threads = 0;            ///< 0: all
+  std::uint64_t memory_bytes = 0;    ///< 0: half of the machine's
+  unsigned threads = 0;              ///< 0: all
   std::optional<std::filesystem::path> scratch;
   bool force = false;
 };

@@ -50,13 +50,26 @@ SettingLayer preset_layer(const SettingLayer& chosen) {
 
 /// What one value alone does not tell.
 void check_together(const BuildOptions& options) {
-  if (options.scans.empty()) formats::throw_usage("no scans are given");
+  if (options.campaign.scans.empty()) formats::throw_usage("no scans are given");
   if (options.output.empty()) formats::throw_usage("no output is given: -o NAME.cairn");
+  if (!options.drop.empty() && !options.keep.empty())
+    formats::throw_usage("both drop and keep are given: one of them says it all");
   const std::uint64_t children = options.fanout.value_or(formats::kMinFanout);
   if (options.node_points < children)
     formats::throw_usage(fmt::format(
         "node_points is {}, less than the fan-out {}: every child needs a representative",
         options.node_points, children));
+}
+
+BuildSettings resolve(const SettingLayer& flags,
+                      const std::optional<std::filesystem::path>& config) {
+  SettingLayer chosen = config ? read_config(*config) : SettingLayer{};
+  lay_over(chosen, flags);
+  SettingLayer all = preset_layer(chosen);
+  lay_over(all, chosen);
+  BuildSettings settings;
+  for (const auto& [key, given] : all) apply(settings, *find_setting(key), given);
+  return settings;
 }
 
 }  // namespace
@@ -76,14 +89,14 @@ const Setting* find_setting(std::string_view key) {
 
 BuildSettings resolve_settings(const SettingLayer& flags,
                                const std::optional<std::filesystem::path>& config) {
-  SettingLayer chosen = config ? read_config(*config) : SettingLayer{};
-  lay_over(chosen, flags);
-  SettingLayer all = preset_layer(chosen);
-  lay_over(all, chosen);
-  BuildSettings settings;
-  for (const auto& [key, given] : all) apply(settings, *find_setting(key), given);
+  BuildSettings settings = resolve(flags, config);
   check_together(settings.options);
   return settings;
+}
+
+CampaignOptions resolve_campaign(const SettingLayer& flags,
+                                 const std::optional<std::filesystem::path>& config) {
+  return resolve(flags, config).options.campaign;
 }
 
 std::string settings_markdown() {

@@ -65,6 +65,10 @@ using SettingLayer = std::map<std::string, GivenValue, std::less<>>;
 BuildSettings resolve_settings(const SettingLayer& flags,
                                const std::optional<std::filesystem::path>& config);
 
+/// The scans that they say, and how to open them; nothing else of them is checked to fit together.
+CampaignOptions resolve_campaign(const SettingLayer& flags,
+                                 const std::optional<std::filesystem::path>& config);
+
 /// The rows of the README's table of settings.
 std::string settings_markdown();
 

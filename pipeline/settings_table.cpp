@@ -7,6 +7,7 @@
 
 #include "formats/dataset/codec.h"
 #include "formats/dataset/tree.h"
+#include "formats/scans/crs.h"
 #include "pipeline/compiled_in.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/settings.h"
@@ -66,7 +67,7 @@ bool set_switch(bool& target, const Values& values) {
 }
 
 bool set_scans(BuildSettings& s, const Values& v) {
-  s.options.scans.assign(v.begin(), v.end());
+  s.options.campaign.scans.assign(v.begin(), v.end());
   return std::find(v.begin(), v.end(), "") == v.end();
 }
 
@@ -119,12 +120,29 @@ bool set_codec(BuildSettings& s, const Values& v) {
   return codec.has_value();
 }
 
-bool set_drop(BuildSettings& s, const Values& v) {
-  s.options.drop = v;
-  std::replace(s.options.drop.begin(), s.options.drop.end(), std::string("colour"),
-               std::string("color"));
+bool set_names(std::vector<std::string>& target, const Values& v) {
+  target = v;
+  std::replace(target.begin(), target.end(), std::string("colour"), std::string("color"));
   return std::none_of(v.begin(), v.end(),
                       [](const std::string& name) { return name.empty() || name == "position"; });
+}
+
+bool set_drop(BuildSettings& s, const Values& v) { return set_names(s.options.drop, v); }
+bool set_keep(BuildSettings& s, const Values& v) { return set_names(s.options.keep, v); }
+
+bool set_poses(BuildSettings& s, const Values& v) {
+  s.options.campaign.poses = v.front();
+  return !v.front().empty();
+}
+
+bool set_poses_tell(BuildSettings& s, const Values& v) {
+  s.options.campaign.poses_tell_sensors_only = v.front() == "sensors";
+  return v.front() == "sensors" || v.front() == "placement";
+}
+
+bool set_crs(BuildSettings& s, const Values& v) {
+  s.options.crs = v.front();
+  return formats::crs_records(v.front()).has_value();
 }
 
 bool set_resolution(BuildSettings& s, const Values& v) {
@@ -132,7 +150,7 @@ bool set_resolution(BuildSettings& s, const Values& v) {
 }
 
 bool set_truncated(BuildSettings& s, const Values& v) {
-  return set_switch(s.options.allow_truncated, v);
+  return set_switch(s.options.campaign.allow_truncated, v);
 }
 
 bool set_memory(BuildSettings& s, const Values& v) {
@@ -170,12 +188,20 @@ constexpr std::string_view kResources = "Resources";
 constexpr std::string_view kBoolean = "true or false";
 
 constexpr auto kSettings = std::to_array<Setting>({
-    {"scans", kPaths, kInOut, "SCANS", "paths of .las and .ply files", "",
-     "scans to convert, in this order", set_scans},
+    {"scans", kPaths, kInOut, "SCANS", "paths of scans", "", "scans to convert, in this order",
+     set_scans},
     {"output", kPath, kInOut, "NAME.cairn", "a path", "", "the dataset to make, a folder",
      set_output},
     {"preset", kText, kInOut, "NAME", "default, preview or archive", "default",
      "start from these settings", is_preset},
+    {"poses", kPath, kInOut, "FILE", "a path of a table of poses or a Stanford .conf file",
+     "the scans' own", "where the scans stand; see \"Poses\"", set_poses},
+    {"poses_tell", kText, kInOut, "WHAT", "placement or sensors", "placement",
+     "whether poses place the scans, or only tell where the sensors stood", set_poses_tell},
+    {"crs", kText, kInOut, "CRS", "EPSG:number or WKT", "the scans' own",
+     "coordinate reference system, instead of what the scans tell", set_crs},
+    {"keep", kTexts, kInOut, "NAME", "names of attributes, such as color or gps_time", "all",
+     "attribute to keep, all others are left out; may be repeated", set_keep},
     {"drop", kTexts, kInOut, "NAME", "names of attributes, such as color or gps_time", "none",
      "attribute to leave out; may be repeated", set_drop},
     {"resolution", kNumber, kInOut, "LENGTH", "a number above 0", "the input's own",

@@ -16,7 +16,13 @@ struct ScanLedger {
   std::uint64_t claimed = 0;
   std::uint64_t read = 0;
   std::uint64_t kept = 0;
-  std::uint64_t dropped() const { return read - kept; }  ///< non-finite coordinates
+  std::uint64_t no_return =
+      0;                 ///< records that hold no point, such as empty cells of a gridded scan
+  formats::GridBox box;  ///< tight box of the kept points
+  std::uint64_t dropped() const { return read - kept; }
+  std::uint64_t non_finite() const {
+    return dropped() - no_return;
+  }  ///< coordinates are no numbers
   std::uint64_t missing() const { return claimed - read; }
 };
 

@@ -129,15 +129,23 @@ Json levels_json(const DatasetHeader& header, const std::vector<NodeRecord>& nod
   return list;
 }
 
-Json sources_json(const std::vector<SourceSummary>& sources) {
+Json bounds_json(const Grid& grid, const GridBox& box) {
+  if (box.empty()) return nullptr;
+  return {{"min", grid.world(box.min)}, {"max", grid.world(box.max)}};
+}
+
+Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
   Json list = Json::array();
   for (const SourceSummary& source : sources)
-    list.push_back({{"name", source.name},
-                    {"format", source.format},
-                    {"claimed", source.claimed},
-                    {"kept", source.kept},
-                    {"dropped", source.dropped},
-                    {"missing", source.missing}});
+    list.push_back(
+        {{"name", source.name},
+         {"format", source.format},
+         {"claimed", source.claimed},
+         {"kept", source.kept},
+         {"dropped", {{"non_finite", source.non_finite}, {"no_return", source.no_return}}},
+         {"missing", source.missing},
+         {"bounds", bounds_json(grid, source.box)},
+         {"crs", source.crs}});
   return list;
 }
 
@@ -201,7 +209,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"read", header.read_points},
       {"dropped", header.dropped_points},
       {"missing", header.missing_points},
-      {"bounds", {{"min", header.grid.world(box.min)}, {"max", header.grid.world(box.max)}}},
+      {"bounds", bounds_json(header.grid, box)},
       {"grid", grid_json(header, box)},
       {"schema", schema_json(header)},
       {"radius", header.radius_from_input ? "input" : "estimated"},
@@ -212,7 +220,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"levels", levels_json(header, nodes)},
       {"bytes", bytes_json(header, nodes)},
       {"parameters", parameters_json(extras)},
-      {"sources", sources_json(extras.sources)},
+      {"sources", sources_json(header.grid, extras.sources)},
       {"crs", crs_json(extras.crs)},
   };
   // Names and descriptions come from outside and need not be UTF-8.

@@ -9,20 +9,24 @@
 #include <utility>
 #include <vector>
 
+#include "formats/dataset/grid.h"
 #include "formats/dataset/node_record.h"
 #include "formats/error.h"
 #include "formats/scans/scan_reader.h"
 
 namespace cairn::formats {
 
-/// One input file and what became of its points.
+/// One scan and what became of its points.
 struct SourceSummary {
-  std::string name;    ///< file name without its folder
+  std::string name;    ///< ScanInfo::name
   std::string format;  ///< ScanInfo::format
   std::uint64_t claimed = 0;
   std::uint64_t kept = 0;
-  std::uint64_t dropped = 0;
+  std::uint64_t non_finite = 0;  ///< dropped: a coordinate is no finite number
+  std::uint64_t no_return = 0;   ///< dropped: a record without a point
   std::uint64_t missing = 0;
+  GridBox box;                   ///< tight box of the kept points; empty if there are none
+  std::vector<std::size_t> crs;  ///< the scan's records, as indices into MetadataExtras::crs
 };
 
 /// What the metadata holds that the index does not.

@@ -93,7 +93,7 @@ struct DatasetHeader {
   bool lossless_leaves = false;  ///< leaf positions, normals and radii are the input's, bit by bit
   std::uint8_t position_bits = 16;   ///< of inner nodes, and of leaves that are not lossless
   std::uint64_t read_points = 0;     ///< records met in the input
-  std::uint64_t dropped_points = 0;  ///< of these left out (non-finite coordinates)
+  std::uint64_t dropped_points = 0;  ///< of these left out: not finite, or no point
   std::uint64_t missing_points = 0;  ///< claimed by headers but absent from the files
 
   Tree tree() const { return Tree(points, fanout, target_points); }

@@ -18,7 +18,6 @@ class LasReader : public ScanReader {
   /// ends before the last record that its header claims, unless `options.allow_truncated`.
   LasReader(const std::filesystem::path& path, const ScanOptions& options);
 
-  const ScanInfo& info() const override { return info_; }
   std::size_t stretch_count() const override;
   std::uint64_t stretch_capacity(std::size_t stretch) const override;
   void read(std::size_t stretch, const BlockSink& sink) const override;
@@ -29,7 +28,6 @@ class LasReader : public ScanReader {
   RandomAccessFile file_;
   LasHeader header_;
   LasLayout layout_;
-  ScanInfo info_;
 };
 
 }  // namespace cairn::formats

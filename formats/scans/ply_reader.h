@@ -19,7 +19,6 @@ class PlyReader : public ScanReader {
   /// that the file is too small for, unless `options.allow_truncated`.
   PlyReader(const std::filesystem::path& path, const ScanOptions& options);
 
-  const ScanInfo& info() const override { return info_; }
   std::size_t stretch_count() const override;
   std::uint64_t stretch_capacity(std::size_t stretch) const override;
   void read(std::size_t stretch, const BlockSink& sink) const override;
@@ -39,7 +38,6 @@ class PlyReader : public ScanReader {
   PlyHeader header_;
   std::size_t vertex_ = 0;  ///< index of the vertex element
   PlyLayout layout_;
-  ScanInfo info_;
   std::uint64_t vertices_offset_ = 0;
   bool allow_truncated_ = false;
 };

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/point_block.h"
+#include "formats/scans/pose.h"
 #include "formats/schema.h"
 
 namespace cairn::formats {
@@ -26,6 +28,7 @@ struct VariableLengthRecord {
 
 struct ScanInfo {
   std::filesystem::path path;
+  std::string part;    ///< which scan of a file that holds several: "scan 2"; else empty
   std::string format;  ///< for people: "LAS 1.2, point format 3", "PLY ascii"
   PositionEncoding encoding = PositionEncoding::kFloat64;
   std::array<double, 3> scale{1, 1, 1};   ///< kSteps only; finite and > 0
@@ -34,11 +37,20 @@ struct ScanInfo {
   std::uint64_t claimed_points = 0;  ///< what the header says
   std::uint64_t present_points = 0;  ///< records that the file has room for, at most claimed_points
   std::vector<VariableLengthRecord> crs;
+  std::optional<Pose> pose;  ///< of the scan's frame in the world, as the file tells it
+  /// Where the sensor stood, in the frame of the points that are handed out.
+  std::optional<Vector3> sensor;
+
+  /// The file, and the scan in it, for messages and reports.
+  std::string name() const {
+    return part.empty() ? path.filename().string() : path.filename().string() + ", " + part;
+  }
 };
 
 struct ScanOptions {
   /// Keep the whole records of a file that ends early, instead of refusing it.
   bool allow_truncated = false;
+  std::optional<Pose> pose = {};  ///< instead of what the file tells
 };
 
 /// Called with consecutive blocks of a stretch. May throw to stop reading.
@@ -48,7 +60,10 @@ class ScanReader {
  public:
   virtual ~ScanReader() = default;
 
-  virtual const ScanInfo& info() const = 0;
+  const ScanInfo& info() const { return info_; }
+
+  /// Where the sensor stood, told by another file; in the frame of the points that are handed out.
+  void set_sensor(const Vector3& sensor) { info_.sensor = sensor; }
 
   /// Independent stretches of the scan, in file order. A text file is one stretch.
   virtual std::size_t stretch_count() const = 0;
@@ -57,14 +72,21 @@ class ScanReader {
   /// stretches add up to info().present_points.
   virtual std::uint64_t stretch_capacity(std::size_t stretch) const = 0;
 
+  /// Memory that one call of `read` may hold beside its blocks, that of a worker process included.
+  virtual std::uint64_t read_bytes() const { return 0; }
+
   /// Streams the points of one stretch, in file order. Throws Error (kInput) where the bytes are not
   /// what the header promised; for a text file cut short under `allow_truncated` it ends early.
   virtual void read(std::size_t stretch, const BlockSink& sink) const = 0;
+
+ protected:
+  ScanInfo info_;  ///< filled by the constructor of the reader
 };
 
-/// Opens a scan by its content and suffix. Throws Error: kInput for what cannot be read, naming file,
-/// offset, found and expected; kSystem if the file cannot be opened.
-std::unique_ptr<ScanReader> open_scan(const std::filesystem::path& path,
-                                      const ScanOptions& options);
+/// Opens the scans of a file, told by its content and suffix, each placed in the world by its pose. Throws
+/// Error: kInput for what cannot be read, naming file, offset, found and expected; kSystem if the file
+/// cannot be opened; kUsage for one pose given to a file of several scans.
+std::vector<std::unique_ptr<ScanReader>> open_scans(const std::filesystem::path& path,
+                                                    const ScanOptions& options);
 
 }  // namespace cairn::formats

@@ -9,6 +9,7 @@
 #include "formats/error.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/commands/results.h"
+#include "pipeline/commands/setting_flags.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/settings.h"
 
@@ -29,17 +30,12 @@ constexpr const char* kFooter =
     "  cairn build *.las -o site.cairn --preset archive --memory 8GiB --scratch /mnt/fast\n"
     "  cairn build site.toml --fanout 4 --force";
 
-/// One setting as the command line takes it.
-struct Flag {
-  const Setting* setting;
-  CLI::Option* option;
-};
-
 class BuildCommand : public Command {
  public:
   explicit BuildCommand(CLI::App& program) : parser_(*program.add_subcommand("build", kAbout)) {
     parser_.footer(kFooter);
-    for (const Setting& setting : build_settings()) flags_.push_back({&setting, declare(setting)});
+    for (const Setting& setting : build_settings())
+      flags_.push_back(declare_flag(parser_, setting));
     config_ = parser_.add_option("--config",
                                  "configuration file; a .toml among the scans is taken as one too");
     config_->group(std::string(build_settings().front().group))->option_text("FILE");
@@ -48,7 +44,7 @@ class BuildCommand : public Command {
   CLI::App& parser() override { return parser_; }
 
   void run(const std::stop_token& stop) override {
-    SettingLayer flags = given_flags();
+    SettingLayer flags = given_flags(flags_);
     const auto config = take_config(flags);
     const BuildSettings settings = resolve_settings(flags, config);
     const BuildReport report = [&] {
@@ -61,39 +57,6 @@ class BuildCommand : public Command {
   }
 
  private:
-  CLI::Option* declare(const Setting& setting) {
-    std::string help(setting.help);
-    if (setting.kind == SettingKind::kText) help += ": " + std::string(setting.allowed);
-    if (!setting.fallback.empty() && setting.kind != SettingKind::kSwitch)
-      help += fmt::format(" [{}]", setting.fallback);
-    CLI::Option* option = add(setting, help);
-    if (setting.kind != SettingKind::kSwitch) option->option_text(std::string(setting.value));
-    return option->group(std::string(setting.group));
-  }
-
-  CLI::Option* add(const Setting& setting, const std::string& help) {
-    constexpr int kAny = CLI::detail::expected_max_vector_size;
-    if (setting.key == "scans")
-      return parser_.add_option("scans", help)->expected(0, kAny)->allow_extra_args();
-    if (setting.key == "output") return parser_.add_option("-o," + setting.flag(), help);
-    if (setting.kind == SettingKind::kSwitch)
-      return parser_.add_flag(setting.flag(), help)
-          ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-    CLI::Option* option = parser_.add_option(setting.flag(), help);
-    // One value for each time that the flag is given, or it would take the scans behind it.
-    if (setting.kind == SettingKind::kTexts) option->expected(1, kAny)->allow_extra_args(false);
-    return option;
-  }
-
-  SettingLayer given_flags() const {
-    SettingLayer layer;
-    for (const auto& [setting, option] : flags_)
-      if (option->count() > 0)
-        layer[std::string(setting->key)] = {option->results(),
-                                            setting->key == "scans" ? "SCANS" : setting->flag()};
-    return layer;
-  }
-
   /// The configuration file: --config, or the one path among the scans that ends in .toml.
   std::optional<std::filesystem::path> take_config(SettingLayer& flags) const {
     std::optional<std::filesystem::path> config;

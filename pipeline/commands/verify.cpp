@@ -8,9 +8,10 @@
 #include "formats/dataset/dataset_reader.h"
 #include "formats/dataset/digest.h"
 #include "formats/error.h"
-#include "formats/scans/scan_reader.h"
+#include "pipeline/campaign.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/commands/results.h"
+#include "pipeline/commands/setting_flags.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
 #include "pipeline/verify_report.h"
@@ -30,7 +31,8 @@ constexpr const char* kFooter =
     "\n"
     "Examples:\n"
     "  cairn verify site.cairn\n"
-    "  cairn verify site.cairn --against scan1.las scan2.ply";
+    "  cairn verify site.cairn --against scan1.las scan2.ply\n"
+    "  cairn verify site.cairn --against site.toml";
 
 class VerifyCommand : public Command {
  public:
@@ -39,10 +41,13 @@ class VerifyCommand : public Command {
     parser_.add_option("dataset", dataset_, "the dataset, a folder")
         ->option_text("NAME.cairn")
         ->required();
-    parser_.add_option("--against", scans_, "the scans that it was built from")
+    parser_
+        .add_option("--against", against_,
+                    "the scans that it was built from, or the configuration file that names them")
         ->option_text("SCANS");
-    parser_.add_flag("--allow-truncated", allow_truncated_,
-                     "take the whole records of scans that end early");
+    // What a build must know of its scans beside their files.
+    for (const char* key : {"poses", "poses_tell", "allow_truncated"})
+      flags_.push_back(declare_flag(parser_, *find_setting(key)));
     parser_.add_flag("--json", json_, "report as one JSON object");
     parser_.add_option("--threads", threads_, "workers [one a processor]")
         ->option_text("COUNT")
@@ -56,7 +61,7 @@ class VerifyCommand : public Command {
 
   void run(const std::stop_token& stop) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
-    const stages::Scans scans = open_scans();
+    const stages::Scans scans = open_against();
     const stages::VerifyReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
       stages::Context context{.threads = threads_,
@@ -72,11 +77,16 @@ class VerifyCommand : public Command {
   }
 
  private:
-  stages::Scans open_scans() const {
-    stages::Scans scans;
-    for (const std::string& path : scans_)
-      scans.push_back(formats::open_scan(path, {.allow_truncated = allow_truncated_}));
-    return scans;
+  /// The scans of --against: files, or a configuration file that names them.
+  stages::Scans open_against() const {
+    if (against_.empty()) return {};
+    SettingLayer flags = given_flags(flags_);
+    std::optional<std::filesystem::path> config;
+    if (against_.size() == 1 && against_.front().ends_with(".toml"))
+      config = against_.front();
+    else
+      flags["scans"] = {against_, "--against"};
+    return open_campaign(resolve_campaign(flags, config));
   }
 
   /// The scans' points as the dataset's own records; nothing if no scans are given.
@@ -98,8 +108,8 @@ class VerifyCommand : public Command {
 
   CLI::App& parser_;
   std::string dataset_;
-  std::vector<std::string> scans_;
-  bool allow_truncated_ = false;
+  std::vector<std::string> against_;
+  std::vector<Flag> flags_;
   bool json_ = false;
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   std::string progress_ = "auto";

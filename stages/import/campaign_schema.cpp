@@ -79,7 +79,7 @@ void merge_into(Schema& schema, const Attribute& attribute, const formats::ScanI
 }  // namespace
 
 Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
-                     const std::vector<std::string>& drop) {
+                     const std::vector<std::string>& drop, const std::vector<std::string>& keep) {
   Schema schema;
   for (const formats::ScanInfo* scan : scans)
     for (const Attribute& attribute : scan->schema) merge_into(schema, attribute, *scan);
@@ -88,6 +88,13 @@ Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
     if (!found) formats::throw_usage("cannot drop attribute '" + name + "': no scan has it");
     schema.erase(schema.begin() + static_cast<std::ptrdiff_t>(*found));
   }
+  for (const std::string& name : keep)
+    if (!formats::find_attribute(schema, name))
+      formats::throw_usage("cannot keep attribute '" + name + "': no scan has it");
+  if (!keep.empty())
+    std::erase_if(schema, [&](const Attribute& attribute) {
+      return std::find(keep.begin(), keep.end(), attribute.name) == keep.end();
+    });
   if (const auto radius = formats::find_attribute(schema, formats::attribute_name::kRadius))
     std::rotate(schema.begin() + static_cast<std::ptrdiff_t>(*radius),
                 schema.begin() + static_cast<std::ptrdiff_t>(*radius) + 1, schema.end());

@@ -28,6 +28,7 @@ struct Stretch {
   // Filled by reading:
   std::uint64_t read = 0;
   std::uint64_t kept = 0;
+  std::uint64_t no_return = 0;
   ScanBox box = {};
 };
 
@@ -75,16 +76,18 @@ void read_stretch(const formats::ScanReader& scan, const RecordConverter& conver
   std::uint64_t at = stretch.first_slot * stride;
   scan.read(stretch.stretch, [&](const PointBlock& block) {
     throw_if_stopped(context);
-    CAIRN_CHECK(block.count <= stretch.capacity - stretch.read);
+    const std::uint64_t records = block.count + block.no_return;
+    CAIRN_CHECK(records <= stretch.capacity - stretch.read);
     std::byte* out = array.bytes().data() + at;
     const std::size_t kept = converter.convert(block, out);
     for (std::size_t i = 0; i < kept; ++i)
       stretch.box.add(native_position(out + i * stride, scan.info().encoding));
-    stretch.read += block.count;
+    stretch.read += records;
     stretch.kept += kept;
+    stretch.no_return += block.no_return;
     array.release(at, kept * stride);
     at += kept * stride;
-    context.progress->advance(block.count);
+    context.progress->advance(records);
   });
 }
 
@@ -141,8 +144,10 @@ void fix_grid(ImportedPoints& points, const Scans& scans, const std::vector<Stre
     points.maps.emplace_back(scans[s]->info(), points.grid);
     if (boxes[s].empty()) continue;
     // The map is monotone on every axis, so the corners' images are the tight box.
-    points.box.add(points.maps[s].map(boxes[s].min));
-    points.box.add(points.maps[s].map(boxes[s].max));
+    formats::GridBox& box = points.ledger[s].box;
+    box.add(points.maps[s].map(boxes[s].min));
+    box.add(points.maps[s].map(boxes[s].max));
+    points.box.add(box);
   }
 }
 
@@ -154,6 +159,7 @@ void keep_ledger(ImportedPoints& points, const Scans& scans,
   for (const Stretch& stretch : stretches) {
     points.ledger[stretch.scan].read += stretch.read;
     points.ledger[stretch.scan].kept += stretch.kept;
+    points.ledger[stretch.scan].no_return += stretch.no_return;
     points.points += stretch.kept;
     if (stretch.kept > 0)
       points.runs.push_back({stretch.scan, stretch.first_slot * points.stride, stretch.kept});
@@ -163,7 +169,7 @@ void keep_ledger(ImportedPoints& points, const Scans& scans,
 }  // namespace
 
 CampaignSize campaign_size(const Scans& scans, const ImportOptions& options) {
-  const formats::Schema schema = merge_schemas(infos_of(scans), options.drop);
+  const formats::Schema schema = merge_schemas(infos_of(scans), options.drop, options.keep);
   CampaignSize size;
   for (const Stretch& stretch : list_stretches(scans)) size.points += stretch.capacity;
   size.record_bytes = formats::RecordLayout(schema, 12).stride;
@@ -180,7 +186,7 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
   const std::uint64_t size_bytes = campaign_size(scans, options).import_bytes;
   const auto infos = infos_of(scans);
   ImportedPoints points{.array = {},
-                        .schema = merge_schemas(infos, options.drop),
+                        .schema = merge_schemas(infos, options.drop, options.keep),
                         .native_position_bytes = native_position_bytes(scans),
                         .stride = 0,
                         .runs = {},
@@ -197,8 +203,10 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
   std::vector<RecordConverter> converters;
   for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout);
   context.progress->begin("import", size_bytes / layout.stride);
-  // A worker holds a block as raw bytes, as columns and as records.
-  const std::uint64_t worker_bytes = formats::kBlockPoints * (3 * layout.stride + 24);
+  // A worker holds a block as raw bytes, as columns and as records, and what its reader needs.
+  std::uint64_t worker_bytes = 0;
+  for (const auto& scan : scans) worker_bytes = std::max(worker_bytes, scan->read_bytes());
+  worker_bytes += formats::kBlockPoints * (3 * layout.stride + 24);
   run_in_arena(workers_within(context, worker_bytes), [&] {
     for_each_piece(stretches.size(), [&](std::uint64_t i) {
       Stretch& stretch = stretches[i];

@@ -18,6 +18,7 @@ namespace cairn::stages {
 
 struct ImportOptions {
   std::vector<std::string> drop;     ///< attributes to leave out
+  std::vector<std::string> keep;     ///< if not empty: all others are left out
   std::optional<double> resolution;  ///< world units: accept a grid step up to this
 };
 

@@ -408,7 +408,7 @@ TEST_F(LasReader, SplitsLongScansIntoStretchesInFileOrder) {
   for (std::size_t i = 0; i < las.records.size(); ++i)
     put_at(las.records[i], 0, static_cast<std::int32_t>(i));
   const auto path = folder_.write("long.las", las.build());
-  const auto reader = open_scan(path, {});
+  const auto reader = test::open_scan(path, {});
   EXPECT_EQ(reader->stretch_count(), 3u);
   const auto scan = test::read_points(path);
   ASSERT_EQ(scan.points.count, 600000u);
@@ -420,7 +420,7 @@ TEST_F(LasReader, AFileThatShrinksWhileItIsReadIsAnError) {
   LasBytes las = file_of(0);
   las.records.assign(1000, las.records[0]);
   const auto path = folder_.write("shrinking.las", las.build());
-  const auto reader = open_scan(path, {});
+  const auto reader = test::open_scan(path, {});
   std::filesystem::resize_file(path, 5000);
   EXPECT_THROW(reader->read(0, [](const PointBlock&) {}), Error);
 }

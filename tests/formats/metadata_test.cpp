@@ -63,12 +63,23 @@ TEST_F(MetadataTest, CarriesSettingsSourcesAndCoordinateSystem) {
   for (const char c : wkt + '\0') record.data.push_back(static_cast<std::byte>(c));
   const MetadataExtras extras{
       .parameters = {{"theta", "15.5"}, {"codec", "\"lzo\""}, {"grid", "null"}},
-      .sources = {{"a.las", "LAS 1.2", 10, 8, 1, 1}},
+      .sources = {{.name = "a.las",
+                   .format = "LAS 1.2",
+                   .claimed = 10,
+                   .kept = 6,
+                   .non_finite = 1,
+                   .no_return = 2,
+                   .missing = 1,
+                   .box = {{0, 0, 0}, {1, 2, 3}},
+                   .crs = {0}}},
       .crs = {record}};
   const nlohmann::json json = write(extras);
   EXPECT_EQ(json["parameters"]["theta"], 15.5);
   EXPECT_EQ(json["parameters"]["grid"], nullptr);
-  EXPECT_EQ(json["sources"][0]["kept"], 8);
+  EXPECT_EQ(json["sources"][0]["kept"], 6);
+  EXPECT_EQ(json["sources"][0]["dropped"]["non_finite"], 1);
+  EXPECT_EQ(json["sources"][0]["dropped"]["no_return"], 2);
+  EXPECT_EQ(json["sources"][0]["crs"], nlohmann::json({0}));
   EXPECT_EQ(json["crs"]["wkt"], wkt);
   std::vector<VariableLengthRecord> crs;
   ASSERT_FALSE(read_metadata_crs(text_, crs));

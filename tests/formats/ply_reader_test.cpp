@@ -288,7 +288,7 @@ TEST_F(PlyReader, RefusesHeadersAndLinesWithoutBound) {
 
 TEST_F(PlyReader, AnEmptyScanHasNoStretches) {
   const auto path = folder_.write("scan.ply", ascii("element vertex 0\n" + kXyz, ""));
-  const auto reader = open_scan(path, {});
+  const auto reader = test::open_scan(path, {});
   EXPECT_EQ(reader->stretch_count(), 0u);
   EXPECT_EQ(reader->info().present_points, 0u);
 }
@@ -299,7 +299,7 @@ TEST_F(PlyReader, SplitsLongBinaryScansIntoStretchesInFileOrder) {
   for (int i = 0; i < 300000; ++i)
     for (int axis = 0; axis < 3; ++axis) test::put<float>(bytes, static_cast<float>(i));
   const auto scan = read(bytes);
-  EXPECT_EQ(open_scan(folder_ / "scan.ply", {})->stretch_count(), 2u);
+  EXPECT_EQ(test::open_scan(folder_ / "scan.ply", {})->stretch_count(), 2u);
   ASSERT_EQ(scan.points.count, 300000u);
   for (std::size_t i = 0; i < scan.points.count; ++i)
     ASSERT_EQ(scan.world(i)[2], static_cast<double>(i));

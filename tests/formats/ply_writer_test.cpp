@@ -19,7 +19,7 @@ using test::get_at;
 const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 
 void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const auto reader = open_scan(from, {});
+  const auto reader = test::open_scan(from, {});
   const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points);
   for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
     reader->read(stretch, [&](const PointBlock& block) { writer->write(block); });

@@ -125,7 +125,7 @@ TEST(ScanSamples, NothingButLasAndPlyIsOpened) {
   if (entries.empty()) GTEST_SKIP() << "no shared scans";
   for (const auto& entry : entries) {
     if (entry.path.ends_with(".las") || entry.path.ends_with(".ply")) continue;
-    EXPECT_THROW(open_scan(kShared / entry.path, {}), Error) << entry.path;
+    EXPECT_THROW(test::open_scan(kShared / entry.path, {}), Error) << entry.path;
   }
 }
 
@@ -146,7 +146,7 @@ TEST(ScanSamples, TheSamePointsInLasAndPlyHaveTheSamePositions) {
 TEST(ScanSamples, CoordinateSystemIsKeptFromVlrs) {
   const auto path = kShared / "las/file_with_both_wkt_and_geotiff_vlrs.las";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
-  const auto reader = open_scan(path, {});
+  const auto reader = test::open_scan(path, {});
   const auto& crs = reader->info().crs;
   ASSERT_EQ(crs.size(), 4u);
   // Sizes and order as a hex dump of the file shows them.
@@ -163,7 +163,7 @@ TEST(ScanSamples, CoordinateSystemIsKeptFromVlrs) {
 TEST(ScanSamples, ExtraBytesHaveTheirDocumentedTypes) {
   const auto path = kShared / "las/extrabytes.las";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
-  const Schema schema = open_scan(path, {})->info().schema;
+  const Schema schema = test::open_scan(path, {})->info().schema;
   const auto expect = [&](const char* name, ScalarType type, int components) {
     const auto index = find_attribute(schema, name);
     ASSERT_TRUE(index) << name;

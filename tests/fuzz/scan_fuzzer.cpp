@@ -33,11 +33,13 @@ class MemoryFile {
 void read_all(const std::filesystem::path& path, bool allow_truncated) {
   using namespace cairn::formats;
   try {
-    const auto reader = open_scan(path, {.allow_truncated = allow_truncated});
-    std::uint64_t points = 0;
-    for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
-      reader->read(stretch, [&](const PointBlock& block) { points += block.count; });
-    if (points > reader->info().present_points) std::abort();
+    for (const auto& reader : open_scans(path, {.allow_truncated = allow_truncated})) {
+      std::uint64_t records = 0;
+      for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
+        reader->read(stretch,
+                     [&](const PointBlock& block) { records += block.count + block.no_return; });
+      if (records > reader->info().present_points) std::abort();
+    }
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kInput) std::abort();
   }

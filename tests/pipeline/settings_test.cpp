@@ -53,7 +53,7 @@ TEST_F(Settings, DefaultsAreTheDesigns) {
   EXPECT_EQ(options.reducer, "cluster");
   EXPECT_EQ(options.position_bits, 16);
   EXPECT_EQ(options.codec, formats::Codec::kLzo);
-  EXPECT_FALSE(options.lossless_leaves || options.allow_truncated || options.force);
+  EXPECT_FALSE(options.lossless_leaves || options.campaign.allow_truncated || options.force);
 }
 
 TEST_F(Settings, TakesEveryKey) {
@@ -79,11 +79,11 @@ scratch = "tmp"
 progress = "json"
 )");
   const BuildOptions& options = settings.options;
-  EXPECT_THAT(options.scans, ElementsAre(folder_ / "a.las", "/b.ply"));
+  EXPECT_THAT(options.campaign.scans, ElementsAre(folder_ / "a.las", "/b.ply"));
   EXPECT_EQ(options.output, folder_ / "out.cairn");
   EXPECT_THAT(options.drop, ElementsAre("color", "gps_time"));
   EXPECT_EQ(options.resolution, 0.001);
-  EXPECT_TRUE(options.allow_truncated);
+  EXPECT_TRUE(options.campaign.allow_truncated);
   EXPECT_EQ(options.fanout, 6U);
   EXPECT_EQ(options.node_points, 1000U);
   EXPECT_EQ(options.reducer, "first");

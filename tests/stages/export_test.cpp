@@ -6,6 +6,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "tests/support/scan_points.h"
 #include "tests/support/tiny_dataset.h"
 
 namespace cairn::stages {
@@ -61,7 +62,7 @@ class ExportTest : public testing::Test {
     EXPECT_EQ(export_level(test::plain_context(), dataset, level, info, *writer),
               info.present_points);
     writer->finish();
-    const auto reader = formats::open_scan(folder_ / name, {});
+    const auto reader = test::open_scan(folder_ / name, {});
     back_ = reader->info();
     Points points;
     for (std::size_t s = 0; s < reader->stretch_count(); ++s)

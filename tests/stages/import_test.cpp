@@ -137,7 +137,8 @@ TEST_F(ImportTest, OneStrayPointIsRefusedUnlessAResolutionIsGiven) {
     EXPECT_EQ(error.kind(), formats::ErrorKind::kInput);
     EXPECT_NE(std::string(error.what()).find("1e+30"), std::string::npos) << error.what();
   }
-  EXPECT_EQ(import_scans(scans, {.drop = {}, .resolution = 1e25}, context()).points, 1001U);
+  EXPECT_EQ(import_scans(scans, {.drop = {}, .keep = {}, .resolution = 1e25}, context()).points,
+            1001U);
 }
 
 TEST_F(ImportTest, AnOutlierOfAHundredKilometresIsNoReasonToRefuse) {
@@ -183,7 +184,7 @@ TEST_F(ImportTest, MergesSchemasWideningColoursAndFillingZeros) {
 TEST_F(ImportTest, RefusesToDropWhatIsNotThere) {
   Scans scans;
   scans.push_back(test::steps_scan({}, {steps_block({{0, 0, 0}})}));
-  EXPECT_THROW(import_scans(scans, {.drop = {"colour"}, .resolution = {}}, context()),
+  EXPECT_THROW(import_scans(scans, {.drop = {"colour"}, .keep = {}, .resolution = {}}, context()),
                formats::Error);
 }
 

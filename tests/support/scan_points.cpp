@@ -61,8 +61,15 @@ std::vector<std::string> ScanPoints::names() const {
   return result;
 }
 
+std::unique_ptr<formats::ScanReader> open_scan(const std::filesystem::path& path,
+                                               const formats::ScanOptions& options) {
+  auto scans = formats::open_scans(path, options);
+  require(scans.size() == 1, "the file holds several scans");
+  return std::move(scans.front());
+}
+
 ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options) {
-  const auto reader = formats::open_scan(path, options);
+  const auto reader = open_scan(path, options);
   ScanPoints scan;
   scan.info = reader->info();
   scan.points.columns.resize(scan.info.schema.size());

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,10 @@ struct ScanPoints {
   /// The names of all attributes.
   std::vector<std::string> names() const;
 };
+
+/// The one scan of a file. Throws std::logic_error if there are more.
+std::unique_ptr<formats::ScanReader> open_scan(const std::filesystem::path& path,
+                                               const formats::ScanOptions& options = {});
 
 /// Reads every stretch, in order. Checks that no stretch exceeds its capacity and that blocks are well formed.
 ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options = {});

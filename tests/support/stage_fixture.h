@@ -45,11 +45,11 @@ class StageFixture : public ::testing::Test {
 class MemoryScan final : public formats::ScanReader {
  public:
   MemoryScan(formats::ScanInfo info, std::vector<formats::PointBlock> blocks)
-      : info_(std::move(info)), blocks_(std::move(blocks)) {
+      : blocks_(std::move(blocks)) {
+    info_ = std::move(info);
     for (const auto& block : blocks_) info_.present_points += block.count;
     if (info_.claimed_points == 0) info_.claimed_points = info_.present_points;
   }
-  const formats::ScanInfo& info() const override { return info_; }
   std::size_t stretch_count() const override { return blocks_.size(); }
   std::uint64_t stretch_capacity(std::size_t stretch) const override {
     return blocks_[stretch].count;
@@ -59,7 +59,6 @@ class MemoryScan final : public formats::ScanReader {
   }
 
  private:
-  formats::ScanInfo info_;
   std::vector<formats::PointBlock> blocks_;
 };
 

@@ -235,7 +235,7 @@ void write_tiny_dataset(const std::filesystem::path& directory, const TinyTree& 
   MetadataExtras extras;
   extras.parameters = {{"node_points", "10"}, {"codec", "\"lzo\""}};
   extras.sources = {
-      {.name = "helix.ply", .format = "PLY ascii", .claimed = 45, .kept = 43, .dropped = 2}};
+      {.name = "helix.ply", .format = "PLY ascii", .claimed = 45, .kept = 43, .non_finite = 2}};
   OutputFile nodes = OutputFile::create(directory / dataset_file::kNodes);
   OutputFile index = OutputFile::create(directory / dataset_file::kIndex);
   OutputFile metadata = OutputFile::create(directory / dataset_file::kMetadata);

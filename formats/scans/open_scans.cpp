@@ -7,6 +7,7 @@
 #include "formats/random_access_file.h"
 #include "formats/scans/las_reader.h"
 #include "formats/scans/ply_reader.h"
+#include "formats/scans/posed_scan.h"
 #include "formats/scans/scan_reader.h"
 
 namespace cairn::formats {
@@ -34,19 +35,39 @@ bool begins_ply(const std::string& magic) {
          (magic[3] == '\n' || magic[3] == '\r' || magic[3] == ' ' || magic[3] == '\t');
 }
 
-}  // namespace
+using Readers = std::vector<std::unique_ptr<ScanReader>>;
+
+template <typename Reader>
+Readers open_one(const std::filesystem::path& path, const ScanOptions& options) {
+  Readers readers;
+  readers.push_back(std::make_unique<Reader>(path, options));
+  return readers;
+}
 
 // The content decides: suffixes are often wrong, and a wrong one costs nothing.
-std::unique_ptr<ScanReader> open_scan(const std::filesystem::path& path,
-                                      const ScanOptions& options) {
+Readers open_unplaced(const std::filesystem::path& path, const ScanOptions& options) {
   const std::string magic = first_bytes(path);
-  if (magic.starts_with("LASF")) return std::make_unique<LasReader>(path, options);
-  if (begins_ply(magic)) return std::make_unique<PlyReader>(path, options);
+  if (magic.starts_with("LASF")) return open_one<LasReader>(path, options);
+  if (begins_ply(magic)) return open_one<PlyReader>(path, options);
   throw_input({.what = "not a scan of a known format",
                .path = path,
                .offset = 0,
                .found = describe(magic, path),
                .expected = "a LAS or PLY file"});
+}
+
+}  // namespace
+
+Readers open_scans(const std::filesystem::path& path, const ScanOptions& options) {
+  Readers readers = open_unplaced(path, options);
+  if (options.pose && readers.size() != 1)
+    throw_usage(fmt::format("one pose is given for the {} scans of {}", readers.size(),
+                            path.filename().string()));
+  for (auto& reader : readers) {
+    const std::optional<Pose> pose = options.pose ? options.pose : reader->info().pose;
+    if (pose && *pose != Pose{}) reader = place_scan(std::move(reader), *pose);
+  }
+  return readers;
 }
 
 }  // namespace cairn::formats

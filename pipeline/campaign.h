@@ -1,0 +1,23 @@
+// The scans of one job, with what must be known of them beside their files.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "stages/import/import.h"
+
+namespace cairn::pipeline {
+
+struct CampaignOptions {
+  std::vector<std::filesystem::path> scans;
+  std::optional<std::filesystem::path> poses;  ///< a file of poses of all scans
+  bool poses_tell_sensors_only = false;        ///< the scans lie in the world already
+  bool allow_truncated = false;
+};
+
+/// Opens every scan, placed in the world. Throws Error as formats::open_scans and formats::PoseFile do, and kUsage
+/// where no scans are given.
+stages::Scans open_campaign(const CampaignOptions& options);
+
+}  // namespace cairn::pipeline

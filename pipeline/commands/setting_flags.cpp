@@ -1,0 +1,46 @@
+#include "pipeline/commands/setting_flags.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+namespace cairn::pipeline {
+namespace {
+
+CLI::Option* add(CLI::App& parser, const Setting& setting, const std::string& help) {
+  constexpr int kAny = CLI::detail::expected_max_vector_size;
+  if (setting.key == "scans")
+    return parser.add_option("scans", help)->expected(0, kAny)->allow_extra_args();
+  if (setting.key == "output") return parser.add_option("-o," + setting.flag(), help);
+  if (setting.kind == SettingKind::kSwitch)
+    return parser.add_flag(setting.flag(), help)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  CLI::Option* option = parser.add_option(setting.flag(), help);
+  // One value for each time that the flag is given, or it would take the scans behind it.
+  if (setting.kind == SettingKind::kTexts) option->expected(1, kAny)->allow_extra_args(false);
+  return option;
+}
+
+}  // namespace
+
+Flag declare_flag(CLI::App& parser, const Setting& setting) {
+  std::string help(setting.help);
+  if (setting.kind == SettingKind::kText) help += ": " + std::string(setting.allowed);
+  if (!setting.fallback.empty() && setting.kind != SettingKind::kSwitch)
+    help += fmt::format(" [{}]", setting.fallback);
+  CLI::Option* option = add(parser, setting, help);
+  if (setting.kind != SettingKind::kSwitch) option->option_text(std::string(setting.value));
+  option->group(std::string(setting.group));
+  return {&setting, option};
+}
+
+SettingLayer given_flags(const std::vector<Flag>& flags) {
+  SettingLayer layer;
+  for (const auto& [setting, option] : flags)
+    if (option->count() > 0)
+      layer[std::string(setting->key)] = {option->results(),
+                                          setting->key == "scans" ? "SCANS" : setting->flag()};
+  return layer;
+}
+
+}  // namespace cairn::pipeline
