@@ -17,6 +17,13 @@ OutputFile OutputFile::create(const std::filesystem::path& path) {
   return OutputFile(path, descriptor, 0);
 }
 
+std::optional<OutputFile> OutputFile::create_new(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor < 0 && errno == EEXIST) return std::nullopt;
+  if (descriptor < 0) throw_system("cannot create the file", path, errno);
+  return OutputFile(path, descriptor, 0);
+}
+
 OutputFile OutputFile::reopen(const std::filesystem::path& path, std::uint64_t size_bytes) {
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
   if (descriptor < 0) throw_system("cannot open the file", path, errno);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 
 namespace cairn::formats {
@@ -14,6 +15,8 @@ class OutputFile {
  public:
   /// Creates an empty file for writing; an existing one is emptied.
   static OutputFile create(const std::filesystem::path& path);
+  /// As above, but what has the name already stays as it is: then there is nothing.
+  static std::optional<OutputFile> create_new(const std::filesystem::path& path);
   /// Opens an existing file, to go on behind its first `size_bytes` bytes; the rest is cut off.
   /// Throws Error (kSystem) if it is shorter.
   static OutputFile reopen(const std::filesystem::path& path, std::uint64_t size_bytes);

@@ -1,41 +1,34 @@
 #include "formats/part_file.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
+#include <string>
 #include <system_error>
 #include <utility>
 
 #include "formats/error.h"
+#include "formats/file_names.h"
 
 namespace cairn::formats {
 namespace {
 
-std::filesystem::path with_suffix(std::filesystem::path path, const char* suffix) {
-  path += suffix;
-  return path;
-}
-
-/// Makes the new name durable; a folder that cannot be synced (some network disks) is no failure.
-void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor =
-      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
+OutputFile create_part(const std::filesystem::path& path) {
+  for (std::uint64_t number = 1;; ++number)
+    if (auto file =
+            OutputFile::create_new(with_suffix(path, "." + std::to_string(number) + ".part")))
+      return std::move(*file);
 }
 
 }  // namespace
 
-PartFile::PartFile(std::filesystem::path path, const char* suffix)
-    : path_(std::move(path)), file_(OutputFile::create(with_suffix(path_, suffix))) {}
+PartFile::PartFile(const std::filesystem::path& path, bool replace)
+    : path_(followed(path)), replace_(replace), file_(create_part(path_)) {}
 
 PartFile::~PartFile() { discard(); }
 
 PartFile::PartFile(PartFile&& other) noexcept
     : path_(std::move(other.path_)),
+      replace_(other.replace_),
       file_(std::move(other.file_)),
       unpublished_(std::exchange(other.unpublished_, false)) {}
 
@@ -43,6 +36,7 @@ PartFile& PartFile::operator=(PartFile&& other) noexcept {
   if (this == &other) return *this;
   discard();
   path_ = std::move(other.path_);
+  replace_ = other.replace_;
   file_ = std::move(other.file_);
   unpublished_ = std::exchange(other.unpublished_, false);
   return *this;
@@ -55,11 +49,14 @@ void PartFile::discard() {
 }
 
 void PartFile::publish() {
+  FolderSync folder(folder_of(path_));
   file_.sync();
-  if (::rename(file_.path().c_str(), path_.c_str()) != 0)
+  if (!replace_)
+    rename_to_free_name(file_.path(), path_);
+  else if (::rename(file_.path().c_str(), path_.c_str()) != 0)
     throw_system("cannot rename the finished file to", path_, errno);
   unpublished_ = false;
-  sync_folder(path_.parent_path());
+  folder.sync();
 }
 
 }  // namespace cairn::formats

@@ -4,10 +4,10 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <fstream>
 #include <numeric>
-#include <sstream>
 
 #include "formats/error.h"
 
@@ -153,10 +153,12 @@ SettingLayer parse_config(std::string_view text, const std::string& name,
 SettingLayer read_config(const std::filesystem::path& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || !text) formats::throw_system("cannot read the configuration", file, errno);
-  return parse_config(text.str(), file.string(), file.parent_path());
+  std::string text;
+  std::array<char, 4096> part;
+  while (in.read(part.data(), part.size()), in.gcount() > 0)
+    text.append(part.data(), static_cast<std::size_t>(in.gcount()));
+  if (!in.eof()) formats::throw_system("cannot read the configuration", file, errno);
+  return parse_config(text, file.string(), file.parent_path());
 }
 
 }  // namespace cairn::pipeline

@@ -51,7 +51,7 @@ std::string wrapped_line(const char* name, const std::vector<std::string>& words
   std::string lines;
   std::string row;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string word = words[i] + (i + 1 < words.size() ? "," : "");
+    const std::string word = printable(words[i]) + (i + 1 < words.size() ? "," : "");
     if (!row.empty() && row.size() + word.size() >= kColumns) {
       lines += line(lines.empty() ? name : "", row);
       row.clear();
@@ -161,9 +161,9 @@ std::string dataset_json(const formats::DatasetReader& dataset) {
 std::string dataset_text(const formats::DatasetReader& dataset,
                          const std::filesystem::path& folder) {
   const Json json = full_metadata(dataset);
-  return folder.string() + "\n" + points_line(json) + schema_lines(json) + bounds_lines(json) +
-         tree_lines(json) + size_line(json, stored_points(json)) + settings_lines(json) +
-         levels_table(json);
+  return printable(folder.string()) + "\n" + points_line(json) + schema_lines(json) +
+         bounds_lines(json) + tree_lines(json) + size_line(json, stored_points(json)) +
+         settings_lines(json) + levels_table(json);
 }
 
 std::string build_text(const BuildReport& report, std::uint64_t points) {
@@ -171,7 +171,7 @@ std::string build_text(const BuildReport& report, std::uint64_t points) {
       fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", "stage", "points", "time", "rate");
   for (const StageTiming& stage : report.stages)
     text += fmt::format(
-        "  {:<12}{:>15}  {:>9}  {:>17}\n", stage.name, with_commas(stage.points),
+        "  {:<12}{:>15}  {:>9}  {:>17}\n", printable(stage.name), with_commas(stage.points),
         human_duration(stage.seconds),
         stage.seconds > 0 ? human_rate(static_cast<double>(stage.points) / stage.seconds) : "");
   text += fmt::format(

@@ -43,14 +43,21 @@ std::string clock_duration(double seconds) {
   return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-std::string percent(double part, double whole) {
-  return fmt::format("{:.1f} %", whole > 0 ? 100 * part / whole : 0.0);
-}
-
 std::string significant(double value, int digits) { return fmt::format("{:.{}g}", value, digits); }
 
 std::string count_of(std::uint64_t count, const char* noun) {
   return with_commas(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+std::string printable(std::string text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool c1 =
+        byte(i) == 0xc2 && i + 1 < text.size() && byte(i + 1) >= 0x80 && byte(i + 1) < 0xa0;
+    if (c1) text.erase(i, 1);
+    if (c1 || byte(i) < 0x20 || byte(i) == 0x7f) text[i] = '?';
+  }
+  return text;
 }
 
 }  // namespace cairn::pipeline

@@ -5,12 +5,17 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdio>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "formats/error.h"
+#include "formats/output_file.h"
+#include "formats/random_access_file.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -19,13 +24,17 @@ namespace fs = std::filesystem;
 using formats::Error;
 using formats::ErrorKind;
 
-/// Stands in every folder of ours, so that a folder of the same name that is the user's is never emptied.
+/// Stands in every folder of ours, so that a folder of the same name that is the user's is never emptied. Holds
+/// the note.
 constexpr const char* kMarker = "held-by-cairn";
+constexpr const char* kNextMarker = "held-by-cairn.next";
+constexpr std::size_t kMostNoteBytes = 65536;
 
-void write_marker(const fs::path& folder) {
-  const int file = ::open((folder / kMarker).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (file < 0) formats::throw_system("cannot write into the work folder", folder, errno);
-  ::close(file);
+std::string read_note(const fs::path& folder) {
+  const formats::RandomAccessFile file(folder / kMarker);
+  std::string note(std::min<std::size_t>(file.size_bytes(), kMostNoteBytes), '\0');
+  note.resize(file.read_at_most(0, std::as_writable_bytes(std::span(note))));
+  return note;
 }
 
 /// Whether the folder at `path` is still the one behind `descriptor`: its owner may have removed it
@@ -49,6 +58,13 @@ void empty_folder(const fs::path& folder) {
   if (error) formats::throw_system("cannot read the work folder", folder, error.value());
 }
 
+/// Killed on the way, it leaves a folder that is known as ours, or an empty one.
+void remove_folder(const fs::path& folder) {
+  empty_folder(folder);
+  fs::remove(folder / kMarker);
+  fs::remove(folder);
+}
+
 }  // namespace
 
 LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(std::move(path)) {
@@ -62,18 +78,34 @@ LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(st
     }
   }
   try {
-    if (taken_over_) {
-      if (!fs::is_empty(path_) && !fs::exists(path_ / kMarker))
-        throw Error(ErrorKind::kSystem,
-                    {.what = "a folder that no build made is in the way; move it and try again",
-                     .path = path_});
-      empty_folder(path_);
-    }
-    write_marker(path_);
+    claim();
   } catch (...) {
+    std::error_code ignored;
+    fs::remove(path_, ignored);  // only if it is empty
     ::close(descriptor_);
     throw;
   }
+}
+
+void LockedFolder::claim() {
+  if (taken_over_ && !fs::is_empty(path_)) {
+    if (!fs::exists(path_ / kMarker))
+      throw Error(ErrorKind::kSystem,
+                  {.what = "a folder that no build made is in the way; move it and try again",
+                   .path = path_});
+    note_left_ = read_note(path_);
+    empty_folder(path_);
+  } else {
+    formats::OutputFile::create(path_ / kMarker);
+  }
+}
+
+void LockedFolder::leave_note(const std::string& text) {
+  auto file = formats::OutputFile::create(path_ / kNextMarker);
+  file.append(std::as_bytes(std::span(text)));
+  file.sync();
+  if (::rename(file.path().c_str(), (path_ / kMarker).c_str()) != 0)
+    formats::throw_system("cannot write into the work folder", path_, errno);
 }
 
 /// False if the folder vanished meanwhile and is to be made again.
@@ -95,12 +127,16 @@ bool LockedFolder::open_and_lock(const std::string& purpose) {
 LockedFolder::LockedFolder(LockedFolder&& other) noexcept
     : path_(std::move(other.path_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      taken_over_(other.taken_over_) {}
+      taken_over_(other.taken_over_),
+      kept_(other.kept_),
+      note_left_(std::move(other.note_left_)) {}
 
 LockedFolder::~LockedFolder() {
   if (descriptor_ < 0) return;
-  std::error_code ignored;  // a folder that cannot be removed now is taken over by the next run
-  fs::remove_all(path_, ignored);
+  try {
+    if (!kept_) remove_folder(path_);
+  } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): the next run takes it over
+  }
   ::close(descriptor_);
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace cairn::pipeline {
 
@@ -20,13 +21,24 @@ class LockedFolder {
   const std::filesystem::path& path() const { return path_; }
   /// Whether a killed run had left this folder behind.
   bool taken_over() const { return taken_over_; }
+  /// The note of that run; empty if it left none.
+  const std::string& note_left() const { return note_left_; }
+
+  /// Leaves a note, in place of the one before, to the run that takes the folder over should this one be killed.
+  /// It is on disk when this returns. Throws kSystem.
+  void leave_note(const std::string& text);
+  /// The folder stays when its owner ends, as if that were killed.
+  void keep() { kept_ = true; }
 
  private:
   bool open_and_lock(const std::string& purpose);
+  void claim();
 
   std::filesystem::path path_;
   int descriptor_ = -1;
   bool taken_over_ = false;
+  bool kept_ = false;
+  std::string note_left_;
 };
 
 }  // namespace cairn::pipeline

@@ -1,10 +1,13 @@
 #include "pipeline/program.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -18,6 +21,7 @@
 #include "pipeline/commands/command.h"
 #include "pipeline/compiled_in.h"
 #include "pipeline/signal_watch.h"
+#include "stages/parallel.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -80,8 +84,10 @@ int run_command(Command& command) {
   try {
     command.run(signals.stop_token());
     return 0;
+  } catch (const stages::Stopped&) {
+    return report_stop(signals.caught());
   } catch (...) {
-    return signals.caught() != 0 ? report_stop(signals.caught()) : report_failure();
+    return report_failure();
   }
 }
 
@@ -117,6 +123,17 @@ int parse_and_run(int argc, char** argv) {
   return run_command(**chosen);
 }
 
+/// Where stdin, stdout or stderr is closed, a file opened later would take its number, and what is printed would
+/// go into that file.
+void fill_standard_streams() {
+  int descriptor = -1;
+  do {
+    descriptor = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (descriptor < 0) formats::throw_system("cannot open", "/dev/null", errno);
+  } while (descriptor <= STDERR_FILENO);
+  ::close(descriptor);
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv) {
@@ -125,6 +142,7 @@ int run_program(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   try {
+    fill_standard_streams();
     return parse_and_run(argc, argv);
   } catch (...) {
     return report_failure();

@@ -9,22 +9,24 @@
 #include <cerrno>
 #include <string>
 #include <string_view>
+#include <system_error>
 
+#include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
+#include "formats/file_names.h"
+#include "pipeline/run_record.h"
 
 namespace cairn::pipeline {
 namespace {
 
 namespace fs = std::filesystem;
+using formats::folder_of;
 using formats::throw_system;
 using formats::throw_usage;
+namespace dataset_file = formats::dataset_file;
 
-constexpr std::array<std::string_view, 4> kDatasetFiles{"index.bin", "nodes.bin", "metadata.json",
-                                                        "run.json"};
-
-fs::path folder_of(const fs::path& path) {
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
-}
+constexpr std::array<std::string_view, 4> kDatasetFiles{dataset_file::kIndex, dataset_file::kNodes,
+                                                        dataset_file::kMetadata, kRunRecord};
 
 void sync(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -41,41 +43,54 @@ void sync_tree(const fs::path& path) {
   sync(path);
 }
 
-[[noreturn]] void refuse_existing(const fs::path& output) {
-  throw_usage(output.string() + " exists; --force replaces it once the new one is complete");
+bool begins_like_an_index(const fs::path& path) {
+  std::array<std::byte, formats::kIndexSignature.size()> bytes{};
+  const formats::RandomAccessFile file(path);
+  return file.read_at_most(0, bytes) == bytes.size() &&
+         std::ranges::equal(bytes, std::as_bytes(std::span(formats::kIndexSignature)));
 }
 
-/// For file systems that cannot exchange two names: the old one steps aside, and back if the new one cannot
-/// take its place. Between the two renames the name is free.
-void exchange_in_two_steps(const fs::path& from, const fs::path& to) {
-  const fs::path aside = from.string() + ".old";
-  if (::rename(to.c_str(), aside.c_str()) != 0) throw_system("cannot replace", to, errno);
-  if (::rename(from.c_str(), to.c_str()) != 0) {
+fs::path free_name_beside(const fs::path& path) {
+  fs::path aside = formats::with_suffix(path, ".old");
+  for (int number = 2; fs::exists(fs::symlink_status(aside)); ++number)
+    aside = formats::with_suffix(path, ".old" + std::to_string(number));
+  return aside;
+}
+
+/// Between the first two renames nothing stands at `to`; killed there, the next build moves the old one back.
+void exchange_in_two_steps(const fs::path& from, const fs::path& to,
+                           const OnStepAside& on_step_aside, const Renames& renames) {
+  const fs::path aside = free_name_beside(to);
+  on_step_aside(aside);
+  if (renames.rename(to, aside) != 0) throw_system("cannot replace", to, errno);
+  if (renames.rename(from, to) != 0) {
     const int reason = errno;
-    ::rename(aside.c_str(), to.c_str());
-    throw_system("cannot replace", to, reason);
+    if (renames.rename(aside, to) == 0) throw_system("cannot replace", to, reason);
+    throw_system("the old dataset is now " + aside.string() + ", the new one " + from.string() +
+                     "; cannot make one of them",
+                 to, reason);
   }
-  ::rename(aside.c_str(), from.c_str());
-}
-
-bool not_supported(int reason) { return reason == EINVAL || reason == ENOSYS || reason == ENOTSUP; }
-
-void rename_to_free_name(const fs::path& from, const fs::path& to) {
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
-  if (errno == EEXIST) refuse_existing(to);
-  if (!not_supported(errno)) throw_system("cannot publish", to, errno);
-  if (fs::exists(fs::symlink_status(to))) refuse_existing(to);
-  if (::rename(from.c_str(), to.c_str()) != 0) throw_system("cannot publish", to, errno);
+  std::error_code ignored;  // the result stands
+  if (renames.rename(aside, from) != 0) fs::remove_all(aside, ignored);
 }
 
 }  // namespace
+
+Renames Renames::of_system() {
+  return {.exchange =
+              [](const fs::path& a, const fs::path& b) {
+                return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE);
+              },
+          .rename = [](const fs::path& a,
+                       const fs::path& b) { return ::rename(a.c_str(), b.c_str()); }};
+}
 
 void require_free_place(const fs::path& output, bool force) {
   if (output.filename().empty() || output.filename() == "." || output.filename() == "..")
     throw_usage("'" + output.string() + "' is no name for an output");
   if (!fs::is_directory(folder_of(output)))
     throw_usage("the folder " + folder_of(output).string() + " of the output does not exist");
-  if (!force && fs::exists(fs::symlink_status(output))) refuse_existing(output);
+  if (!force && fs::exists(fs::symlink_status(output))) formats::refuse_existing(output);
 }
 
 void require_dataset_or_nothing(const fs::path& output) {
@@ -84,23 +99,31 @@ void require_dataset_or_nothing(const fs::path& output) {
   if (!fs::is_directory(output)) throw_usage(refusal + "is not a folder");
   for (const auto& entry : fs::directory_iterator(output)) {
     const std::string name = entry.path().filename().string();
-    if (std::find(kDatasetFiles.begin(), kDatasetFiles.end(), name) == kDatasetFiles.end())
+    if (std::ranges::find(kDatasetFiles, name) == kDatasetFiles.end())
       throw_usage(refusal + "holds " + name + ", which is no part of one");
   }
-  if (!fs::exists(output / "index.bin")) throw_usage(refusal + "holds no index.bin");
+  if (!fs::is_regular_file(output / dataset_file::kIndex))
+    throw_usage(refusal + "holds no " + dataset_file::kIndex);
+  if (!begins_like_an_index(output / dataset_file::kIndex))
+    throw_usage(refusal + "holds an " + dataset_file::kIndex + " that is not Cairn's");
 }
 
-void publish(const fs::path& from, const fs::path& to, bool replace) {
+void publish_new(const fs::path& from, const fs::path& to) {
   sync_tree(from);
-  if (replace && fs::exists(fs::symlink_status(to))) {
-    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) != 0) {
-      if (!not_supported(errno)) throw_system("cannot replace", to, errno);
-      exchange_in_two_steps(from, to);
-    }
-  } else {
-    rename_to_free_name(from, to);
+  formats::FolderSync folder(folder_of(to));
+  formats::rename_to_free_name(from, to);
+  folder.sync();
+}
+
+void publish_over(const fs::path& from, const fs::path& to, const OnStepAside& on_step_aside,
+                  const Renames& renames) {
+  sync_tree(from);
+  formats::FolderSync folder(folder_of(to));
+  if (renames.exchange(from, to) != 0) {
+    if (!formats::rename_not_supported(errno)) throw_system("cannot replace", to, errno);
+    exchange_in_two_steps(from, to, on_step_aside, renames);
   }
-  sync(folder_of(to));
+  folder.sync();
 }
 
 }  // namespace cairn::pipeline

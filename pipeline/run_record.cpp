@@ -68,7 +68,7 @@ void write_run_record(const std::filesystem::path& folder, const BuildReport& re
                     {"peak_memory_bytes", report.peak_memory_bytes},
                     {"stages", std::move(stages)},
                     {"machine", machine()}};
-  const std::filesystem::path path = folder / "run.json";
+  const std::filesystem::path path = folder / kRunRecord;
   errno = 0;
   std::ofstream out(path);
   out << record.dump(2) << '\n';
@@ -76,7 +76,7 @@ void write_run_record(const std::filesystem::path& folder, const BuildReport& re
 }
 
 std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) {
-  std::ifstream in(folder / "run.json");
+  std::ifstream in(folder / kRunRecord);
   const Json record = Json::parse(in, nullptr, /*allow_exceptions=*/false);
   if (!record.is_object()) return std::nullopt;
   try {

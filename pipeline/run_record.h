@@ -9,6 +9,8 @@
 
 namespace cairn::pipeline {
 
+inline constexpr const char* kRunRecord = "run.json";
+
 /// Writes `folder`/run.json: the report, the program's version, the machine and the time. Throws kSystem.
 void write_run_record(const std::filesystem::path& folder, const BuildReport& report);
 

@@ -28,7 +28,7 @@ std::string state_of(const InvariantReport& invariant) {
 
 std::string violation_line(const stages::Violation& v) {
   return fmt::format("      node {}: {}: found {}, expected {}\n", formats::value_of(v.node),
-                     v.what, v.found, v.expected);
+                     printable(v.what), printable(v.found), printable(v.expected));
 }
 
 std::string invariant_lines(Invariant name, const InvariantReport& invariant) {
@@ -39,7 +39,7 @@ std::string invariant_lines(Invariant name, const InvariantReport& invariant) {
                         count_of(invariant.checks, "check"));
   for (const stages::Violation& v : invariant.named) text += violation_line(v);
   for (const std::string& reason : invariant.unchecked)
-    text += "      not checked: " + reason + "\n";
+    text += "      not checked: " + printable(reason) + "\n";
   return text;
 }
 
@@ -65,9 +65,10 @@ std::string verify_text(const stages::VerifyReport& report, const std::filesyste
     rows += invariant_lines(static_cast<Invariant>(i), report.invariants[i]);
   }
   return fmt::format(
-      "{}\n  {}, {}, {} read; {}\n\n{}\n  {}\n", folder.string(), count_of(report.nodes, "node"),
-      count_of(report.points, "stored point"), human_bytes(report.bytes), count_of(checks, "check"),
-      rows, report.held() ? "Every checked promise holds." : "The dataset breaks its promises.");
+      "{}\n  {}, {}, {} read; {}\n\n{}\n  {}\n", printable(folder.string()),
+      count_of(report.nodes, "node"), count_of(report.points, "stored point"),
+      human_bytes(report.bytes), count_of(checks, "check"), rows,
+      report.held() ? "Every checked promise holds." : "The dataset breaks its promises.");
 }
 
 std::string verify_json(const stages::VerifyReport& report) {

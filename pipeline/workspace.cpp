@@ -6,9 +6,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "formats/error.h"
+#include "formats/file_names.h"
+#include "pipeline/human.h"
 #include "pipeline/publish.h"
 
 namespace cairn::pipeline {
@@ -16,27 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The output without a trailing slash, and what it points to if it is a symbolic link: renames would
-/// replace the link instead.
-fs::path resolved(const fs::path& output) {
-  fs::path path = output;
-  while (path.filename().empty() && path.has_parent_path() && path != path.root_path())
-    path = path.parent_path();
-  if (!fs::is_symlink(path)) return path;
-  std::error_code error;
-  const fs::path target = fs::canonical(path, error);
-  if (error) formats::throw_usage(path.string() + " is a symbolic link to nothing");
-  return target;
-}
-
 fs::path checked_output(const fs::path& output, bool force) {
-  fs::path path = resolved(output);
+  fs::path path = formats::followed(output);
   require_free_place(path, force);
   require_dataset_or_nothing(path);
   return path;
 }
-
-fs::path with_suffix(const fs::path& path, const char* suffix) { return path.string() + suffix; }
 
 /// Two outputs of one name in different folders may share a scratch folder, so their place is in the name.
 fs::path scratch_name(const fs::path& output) {
@@ -46,12 +34,41 @@ fs::path scratch_name(const fs::path& output) {
   return output.filename().string() + digits;
 }
 
-std::optional<LockedFolder> hold_scratch(const std::optional<fs::path>& scratch,
-                                         const fs::path& output, const std::string& purpose) {
-  if (!scratch) return std::nullopt;
-  if (!fs::is_directory(*scratch))
-    formats::throw_usage("the scratch folder " + scratch->string() + " does not exist");
-  return LockedFolder(*scratch / scratch_name(output), purpose);
+fs::path scratch_place(const fs::path& scratch, const fs::path& output) {
+  if (!fs::is_directory(scratch))
+    formats::throw_usage("the scratch folder " + scratch.string() + " does not exist");
+  return fs::absolute(scratch) / scratch_name(output);
+}
+
+std::string purpose_of(const fs::path& output) { return "build of " + output.string(); }
+
+void tell(const std::string& text) {
+  std::fprintf(stderr, "cairn: note: %s\n", printable(text).c_str());
+}
+
+/// What a build tells the one that comes after it, should it be killed.
+struct Note {
+  fs::path scratch;  ///< its folder for arrays elsewhere; empty: none
+  fs::path
+      aside;  ///< the name, beside the output, of the dataset that it replaces; empty: it does not yet
+
+  std::string text() const {
+    return nlohmann::json{{"scratch", scratch.string()}, {"aside", aside.string()}}.dump(
+        -1, ' ', false, nlohmann::json::error_handler_t::replace);
+  }
+  static Note parse(const std::string& text) {
+    const auto json = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+    const auto path = [&](const char* key) -> fs::path {
+      return json.is_object() && json.contains(key) && json[key].is_string()
+                 ? json[key].get<std::string>()
+                 : "";
+    };
+    return {.scratch = path("scratch"), .aside = path("aside")};
+  }
+};
+
+bool is_aside_of(const fs::path& output, const fs::path& name) {
+  return name.string().starts_with(output.filename().string() + ".old");
 }
 
 fs::path make_folder(const fs::path& path) {
@@ -89,13 +106,41 @@ void require(const fs::path& folder, std::uint64_t needed, const char* what) {
 Workspace::Workspace(const fs::path& output, const std::optional<fs::path>& scratch, bool force)
     : output_(checked_output(output, force)),
       force_(force),
-      work_(with_suffix(output_, ".work"), "build of " + output_.string()),
-      scratch_(hold_scratch(scratch, output_, "build of " + output_.string())),
-      dataset_folder_(make_folder(work_.path() / "dataset")),
-      arrays_folder_(make_folder((scratch_ ? scratch_->path() : work_.path()) / "arrays")) {
-  if (work_.taken_over())
-    std::fprintf(stderr, "cairn: note: removed what a killed build left in %s; starting again\n",
-                 work_.path().c_str());
+      work_(formats::with_suffix(output_, ".work"), purpose_of(output_)) {
+  if (work_.taken_over()) recover();
+  checked_output(output_, force_);  // the dataset that was moved back is an output like any other
+  if (scratch) {
+    // Noted before it is made, so that it never stands there without anyone who knows of it.
+    scratch_path_ = scratch_place(*scratch, output_);
+    leave_note();
+    scratch_.emplace(scratch_path_, purpose_of(output_));
+  } else {
+    leave_note();
+  }
+  dataset_folder_ = make_folder(work_.path() / "dataset");
+  arrays_folder_ = make_folder((scratch_ ? scratch_->path() : work_.path()) / "arrays");
+}
+
+void Workspace::recover() const {
+  tell("removed what a killed build left in " + work_.path().string() + "; starting again");
+  const Note note = Note::parse(work_.note_left());
+  const fs::path aside = formats::folder_of(output_) / note.aside.filename();
+  if (is_aside_of(output_, note.aside) && fs::is_directory(aside)) {
+    if (fs::exists(fs::symlink_status(output_))) {
+      tell(aside.string() + " is the dataset that was replaced; it may be removed");
+    } else {
+      formats::rename_to_free_name(aside, output_);
+      tell("moved " + aside.string() + ", which a killed build was about to replace, back to " +
+           output_.string());
+    }
+  }
+  // Made again as a folder of ours to be removed as one: what does not bear our mark is refused.
+  if (!note.scratch.empty() && fs::is_directory(note.scratch))
+    LockedFolder(note.scratch, purpose_of(output_));
+}
+
+void Workspace::leave_note() {
+  work_.leave_note(Note{.scratch = scratch_path_, .aside = aside_.filename()}.text());
 }
 
 void Workspace::require_free(std::uint64_t array_bytes, std::uint64_t dataset_bytes) const {
@@ -107,10 +152,22 @@ void Workspace::require_free(std::uint64_t array_bytes, std::uint64_t dataset_by
   }
 }
 
-void Workspace::publish() {
+void Workspace::publish(const Renames& renames) {
   // Looked at again: the build may have taken hours, and what stands there now may be someone's.
   require_dataset_or_nothing(output_);
-  pipeline::publish(dataset_folder_, output_, force_);
+  if (!force_ || !fs::exists(fs::symlink_status(output_)))
+    return publish_new(dataset_folder_, output_);
+  const auto on_step_aside = [this](const fs::path& aside) {
+    aside_ = aside;
+    leave_note();
+  };
+  try {
+    publish_over(dataset_folder_, output_, on_step_aside, renames);
+  } catch (...) {
+    // Neither is in its place: the next build moves the old one back, and until then the new one stays.
+    if (!aside_.empty() && !fs::exists(fs::symlink_status(output_))) work_.keep();
+    throw;
+  }
 }
 
 }  // namespace cairn::pipeline

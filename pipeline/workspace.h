@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "pipeline/locked_folder.h"
+#include "pipeline/publish.h"
 
 namespace cairn::pipeline {
 
@@ -15,8 +16,9 @@ class Workspace {
  public:
   /// Looks at the output's place and makes the work folders. Throws Error: kUsage if the output exists
   /// without `force`, or is not a dataset that `force` may replace, or a folder does not exist; kSystem if
-  /// another build of the same output is under way. A folder that a killed build left is emptied, which
-  /// one line on stderr says.
+  /// another build of the same output is under way. What a killed build left is taken away, in its scratch
+  /// folder too, and a dataset that it was about to replace is moved back to its place; a line on stderr says
+  /// so.
   Workspace(const std::filesystem::path& output,
             const std::optional<std::filesystem::path>& scratch, bool force);
 
@@ -24,20 +26,24 @@ class Workspace {
   const std::filesystem::path& dataset_folder() const { return dataset_folder_; }
   /// Work arrays are made here.
   const std::filesystem::path& arrays_folder() const { return arrays_folder_; }
-  /// Where the dataset will be: the output with symbolic links followed.
-  const std::filesystem::path& output() const { return output_; }
 
   /// Throws Error (kSystem), naming needed and free bytes, unless the disks have room for work arrays of
   /// `array_bytes` and a dataset of `dataset_bytes`.
   void require_free(std::uint64_t array_bytes, std::uint64_t dataset_bytes) const;
 
   /// Syncs the dataset and puts it in place, once. The one that it replaces is removed after that.
-  void publish();
+  void publish(const Renames& renames = Renames::of_system());
 
  private:
+  void recover() const;
+  void leave_note();
+
   std::filesystem::path output_;
   bool force_;
   LockedFolder work_;
+  std::filesystem::path
+      aside_;  ///< where the dataset that is replaced stands for a moment; empty: nowhere
+  std::filesystem::path scratch_path_;  ///< empty: the arrays are in the work folder
   std::optional<LockedFolder> scratch_;
   std::filesystem::path dataset_folder_;
   std::filesystem::path arrays_folder_;

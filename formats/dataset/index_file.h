@@ -3,6 +3,7 @@
 // the head and the top of the tree first. The layout is told in formats/FORMAT.md.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -15,6 +16,9 @@
 namespace cairn::formats {
 
 inline constexpr std::uint32_t kFormatVersion = 1;
+/// How index.bin begins: "CAIRN", then bytes that a transfer as text would change, as in PNG.
+inline constexpr std::array<std::uint8_t, 8> kIndexSignature{0x43, 0x41, 0x49, 0x52,
+                                                             0x4E, 0x0D, 0x0A, 0x1A};
 /// The first bytes of index.bin that suffice to know the size of its head.
 inline constexpr std::size_t kIndexFixedBytes = 200;
 

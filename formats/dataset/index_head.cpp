@@ -13,8 +13,6 @@
 namespace cairn::formats {
 namespace {
 
-// "CAIRN", then bytes that a transfer as text would change, as in PNG.
-constexpr std::array<std::uint8_t, 8> kMagic{0x43, 0x41, 0x49, 0x52, 0x4E, 0x0D, 0x0A, 0x1A};
 constexpr std::size_t kRootChecksumOffset = 16;
 constexpr std::size_t kCheckedFrom = 24;  ///< the root checksum covers [24, pages_offset)
 constexpr std::uint64_t kPageBytes = 65536;
@@ -90,7 +88,7 @@ std::optional<DecodeError> read_fixed(std::span<const std::byte> bytes,
                                       std::uint64_t index_size_bytes, Fixed& fixed) {
   if (bytes.size() < kIndexFixedBytes)
     return wrong("the index ends early", bytes.size(), bytes.size(), kIndexFixedBytes);
-  if (!std::ranges::equal(bytes.first(8), std::as_bytes(std::span(kMagic))))
+  if (!std::ranges::equal(bytes.first(8), std::as_bytes(std::span(kIndexSignature))))
     return DecodeError{"not a Cairn index", 0, "another signature", "CAIRN"};
   if (const auto version = load_le<std::uint32_t>(&bytes[8]); version != kFormatVersion)
     return wrong("unknown version of the format", 8, version, kFormatVersion);
@@ -246,7 +244,7 @@ std::vector<std::byte> write_index_head(const IndexHead& head,
   const IndexLayout layout = layout_of(dataset);
   CAIRN_CHECK(page_checksums.size() == layout.page_count);
   ByteWriter to;
-  for (const std::uint8_t c : kMagic) to.write(c);
+  for (const std::uint8_t c : kIndexSignature) to.write(c);
   to.write(kFormatVersion);
   to.write(static_cast<std::uint32_t>(layout.head_size_bytes));
   to.write(std::uint64_t{0});  // the root checksum, known at the end

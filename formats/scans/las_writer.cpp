@@ -28,12 +28,12 @@ void check_columns(const Schema& schema, const PointBlock& block) {
 }  // namespace
 
 LasWriter::LasWriter(std::filesystem::path path, const ScanInfo& description,
-                     std::uint64_t expected_points)
+                     std::uint64_t expected_points, bool replace)
     : path_(std::move(path)),
       description_(require_steps(description, path_)),
       expected_points_(expected_points),
       plan_(plan_las(description_, expected_points, false)),
-      part_(path_) {
+      part_(path_, replace) {
   begin_file();
 }
 
@@ -74,7 +74,7 @@ void LasWriter::append(const PointBlock& block, std::size_t first, std::size_t c
 
 void LasWriter::convert_to_wide() {
   const LasPlan narrow = std::exchange(plan_, plan_las(description_, expected_points_, true));
-  PartFile old = std::exchange(part_, PartFile(path_, ".wide.part"));
+  PartFile old = std::exchange(part_, part_.another());
   begin_file();
   const std::size_t stride = narrow.layout.record_length_bytes;
   const std::uint64_t begin = narrow.point_data_offset();

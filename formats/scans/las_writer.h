@@ -13,7 +13,8 @@ namespace cairn::formats {
 
 class LasWriter : public ScanWriter {
  public:
-  LasWriter(std::filesystem::path path, const ScanInfo& description, std::uint64_t expected_points);
+  LasWriter(std::filesystem::path path, const ScanInfo& description, std::uint64_t expected_points,
+            bool replace);
 
   void write(const PointBlock& block) override;
   void finish() override;

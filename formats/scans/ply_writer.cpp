@@ -63,11 +63,11 @@ bool has_known_parts(const Attribute& attribute) {
 }  // namespace
 
 PlyWriter::PlyWriter(std::filesystem::path path, const ScanInfo& description,
-                     std::uint64_t expected_points)
+                     std::uint64_t expected_points, bool replace)
     : path_(std::move(path)),
       description_(description),
       expected_points_(expected_points),
-      part_(path_) {
+      part_(path_, replace) {
   plan_properties();
   const std::string text = header(0);
   part_.file().append(std::as_bytes(std::span(text.data(), text.size())));

@@ -10,14 +10,23 @@
 
 namespace cairn::formats {
 
-std::unique_ptr<ScanWriter> create_scan_writer(const std::filesystem::path& path,
-                                               const ScanInfo& description,
-                                               std::uint64_t expected_points) {
+std::optional<ScanFormat> scan_format_of(const std::filesystem::path& path) {
   std::string suffix = path.extension().string();
   for (char& c : suffix)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  if (suffix == ".las") return std::make_unique<LasWriter>(path, description, expected_points);
-  if (suffix == ".ply") return std::make_unique<PlyWriter>(path, description, expected_points);
+  if (suffix == ".las") return ScanFormat::kLas;
+  if (suffix == ".ply") return ScanFormat::kPly;
+  return std::nullopt;
+}
+
+std::unique_ptr<ScanWriter> create_scan_writer(const std::filesystem::path& path,
+                                               const ScanInfo& description,
+                                               std::uint64_t expected_points, bool replace) {
+  const auto format = scan_format_of(path);
+  if (format == ScanFormat::kLas)
+    return std::make_unique<LasWriter>(path, description, expected_points, replace);
+  if (format == ScanFormat::kPly)
+    return std::make_unique<PlyWriter>(path, description, expected_points, replace);
   throw_usage(fmt::format("cannot write {}: its suffix is neither .las nor .ply", path.string()));
 }
 

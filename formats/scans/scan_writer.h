@@ -4,14 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "formats/point_block.h"
 #include "formats/scans/scan_reader.h"
 
 namespace cairn::formats {
 
-/// Writes to PATH.part and gives it its name when it is finished. A writer that is destroyed before leaves
-/// nothing behind, and what had the name stays as it was.
+/// Writes beside PATH and gives the file its name when it is finished, see PartFile. A writer that is destroyed
+/// before leaves nothing behind, and what had the name stays as it was.
 class ScanWriter {
  public:
   virtual ~ScanWriter() = default;
@@ -24,9 +25,15 @@ class ScanWriter {
   virtual void finish() = 0;
 };
 
+enum class ScanFormat { kLas, kPly };
+
+/// The format that a file of this name is written in, by its suffix in any case; nothing for other suffixes.
+std::optional<ScanFormat> scan_format_of(const std::filesystem::path& path);
+
 /// Creates a writer by the suffix of `path`, .las or .ply (kUsage for others). Of `description` the schema, the
 /// encoding, scale, offset (kSteps: world = offset + scale * step) and crs are used. At most
-/// `expected_points` points may be written.
+/// `expected_points` points may be written. What stands at `path` when the writer finishes is replaced if `replace`
+/// is given, else finish() throws kUsage and it stays.
 ///
 /// LAS needs kSteps (else kUsage). It is LAS 1.2 with point format 0 to 3 where that holds everything; LAS
 /// 1.4 for waveforms, near infrared, 16-bit scan angles, values that formats 0 to 5 have no bits for (those
@@ -38,6 +45,6 @@ class ScanWriter {
 /// lacks, are written as doubles if that is exact, else refused (kUsage).
 std::unique_ptr<ScanWriter> create_scan_writer(const std::filesystem::path& path,
                                                const ScanInfo& description,
-                                               std::uint64_t expected_points);
+                                               std::uint64_t expected_points, bool replace = false);
 
 }  // namespace cairn::formats

@@ -15,7 +15,7 @@ class Command {
   virtual ~Command() = default;
   /// The parser of this command, a subcommand of the program's.
   virtual CLI::App& parser() = 0;
-  /// Does the work, after parsing. Throws formats::Error, or anything at all once `stop` is requested.
+  /// Does the work, after parsing. Throws formats::Error, and stages::Stopped only once `stop` is requested.
   virtual void run(const std::stop_token& stop) = 0;
 };
 

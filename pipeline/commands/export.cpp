@@ -56,9 +56,10 @@ class ExportCommand : public Command {
     if (std::filesystem::is_directory(output)) formats::throw_usage(output_ + " is a folder");
     const auto dataset = formats::DatasetReader::open(dataset_);
     const formats::Level level = chosen_level(dataset.tree());
-    const bool las = output.extension() == ".las" || output.extension() == ".LAS";
+    const bool las = formats::scan_format_of(output) == formats::ScanFormat::kLas;
     const auto description = stages::describe_export(dataset, level, /*steps=*/las);
-    const auto writer = formats::create_scan_writer(output, description, points_on(dataset, level));
+    const auto writer =
+        formats::create_scan_writer(output, description, points_on(dataset, level), force_);
     const std::uint64_t written = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
       const stages::Context context{.threads = 1,

@@ -1,5 +1,7 @@
 // Damaged and hostile inputs, existing outputs, interruptions: nothing half done is ever left, and nothing
 // that was there is lost.
+#include <sys/stat.h>
+
 #include <csignal>
 
 #include "tests/end_to_end/program_test.h"
@@ -100,6 +102,19 @@ TEST_F(Refusal, AStoppedBuildCleansUpAndSaysSo) {
     EXPECT_FALSE(fs::exists(output()));
     EXPECT_FALSE(fs::exists(output() + ".work"));
   }
+}
+
+TEST_F(Refusal, AnErrorAfterASignalIsToldAsTheErrorThatItIs) {
+  // The build waits for the pipe, so that the signal is there before the mistake is.
+  const std::string pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const Outcome outcome = run_program(
+      "/bin/bash",
+      {"-c", std::string(CAIRN_PROGRAM) + " build -o " + output() + " --config " + pipe +
+                 " & exec 3>" + pipe +
+                 "; kill -TERM $!; sleep 0.2; echo 'nonsense = 1' >&3; exec 3>&-; wait $!"});
+  expect_refusal(outcome, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("unknown key 'nonsense'"));
 }
 
 TEST_F(Refusal, AKilledBuildIsStartedAgain) {

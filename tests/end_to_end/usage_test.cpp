@@ -5,6 +5,7 @@
 namespace cairn::test {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 class Usage : public ProgramTest {};
@@ -89,6 +90,34 @@ TEST_F(Usage, ResultsThatCannotBeWrittenAreASystemError) {
   EXPECT_EQ(outcome.exit_code, 4);
   EXPECT_THAT(outcome.err,
               HasSubstr("cairn: error: cannot write the results to stdout: No space left"));
+}
+
+TEST_F(Usage, ClosedStandardStreamsDoNotEndUpInFiles) {
+  ASSERT_EQ(build({write_wavy_las(folder_ / "wavy.las", 3000)}).exit_code, 0);
+  for (const std::string closed : {"", " >&- 2>&-", " <&- >&- 2>&-"}) {
+    const std::string shell = std::string(CAIRN_PROGRAM) + " export --progress json --force " +
+                              output() + " -o " + (folder_ / "back.las").string() + closed;
+    ASSERT_EQ(run_program("/bin/sh", {"-c", shell}).exit_code, 0);
+    if (closed.empty()) fs::copy_file(folder_ / "back.las", folder_ / "expected.las");
+    EXPECT_TRUE(read_text(folder_ / "back.las") == read_text(folder_ / "expected.las")) << closed;
+  }
+}
+
+TEST_F(Usage, AnEmptyConfigurationSaysNothing) {
+  write_text(folder_ / "site.toml", "");
+  const std::string scan = write_tiny_ply(folder_ / "a.ply");
+  EXPECT_EQ(build({scan, "--config", folder_ / "site.toml"}).exit_code, 0);
+  const Outcome outcome = cairn({"build", "--config", folder_.path()});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_THAT(outcome.err, HasSubstr("cannot read the configuration"));
+}
+
+TEST_F(Usage, TheSuffixOfAnExportMayBeInAnyCase) {
+  ASSERT_EQ(build({write_wavy_las(folder_ / "wavy.las", 3000)}).exit_code, 0);
+  for (const char* name : {"back.las", "back.Las", "back.Ply"})
+    EXPECT_EQ(cairn({"export", "--progress", "none", output(), "-o", folder_ / name}).exit_code, 0)
+        << name;
+  EXPECT_TRUE(read_text(folder_ / "back.las") == read_text(folder_ / "back.Las"));
 }
 
 TEST_F(Usage, AReaderOfResultsMayLeave) {

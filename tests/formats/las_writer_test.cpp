@@ -24,7 +24,7 @@ const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 /// Copies a scan through a writer, block by block.
 void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to) {
   const auto reader = test::open_scan(from, {});
-  const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points);
+  const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points, true);
   for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
     reader->read(stretch, [&](const PointBlock& block) { writer->write(block); });
   writer->finish();
@@ -54,7 +54,7 @@ struct MadeScan {
 class LasWriter : public testing::Test {
  protected:
   std::string written(const MadeScan& scan, std::uint64_t expected_points = 2) {
-    const auto writer = create_scan_writer(folder_ / "out.las", scan.info, expected_points);
+    const auto writer = create_scan_writer(folder_ / "out.las", scan.info, expected_points, true);
     writer->write(scan.block);
     writer->finish();
     return test::read_text(folder_ / "out.las");

@@ -20,7 +20,7 @@ const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 
 void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to) {
   const auto reader = test::open_scan(from, {});
-  const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points);
+  const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points, true);
   for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
     reader->read(stretch, [&](const PointBlock& block) { writer->write(block); });
   writer->finish();

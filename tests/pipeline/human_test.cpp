@@ -33,5 +33,14 @@ TEST(Human, CountsThings) {
   EXPECT_EQ(count_of(2000, "scan"), "2,000 scans");
 }
 
+TEST(Human, ControlCharactersDoNotReachTheTerminal) {
+  EXPECT_EQ(printable("a\x1b[31mb\n\x7f"), "a?[31mb??");
+  EXPECT_EQ(printable("a\xc2\x9b"
+                      "b"),
+            "a?b");
+  EXPECT_EQ(printable("\xc2"), "\xc2");
+  EXPECT_EQ(printable("caf\xc3\xa9 \xc2\xb0"), "caf\xc3\xa9 \xc2\xb0");
+}
+
 }  // namespace
 }  // namespace cairn::pipeline

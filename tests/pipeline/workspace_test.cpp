@@ -2,7 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
 #include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <functional>
+#include <optional>
 
 #include "formats/error.h"
 #include "pipeline/publish.h"
@@ -34,7 +41,7 @@ class WorkspaceTest : public ::testing::Test {
   fs::path work() const { return folder_ / "site.cairn.work"; }
 
   void write_dataset(const fs::path& at, const std::string& text) {
-    test::write_text(at / "index.bin", text);
+    test::write_text(at / "index.bin", "CAIRN\r\n\x1a" + text);
     test::write_text(at / "nodes.bin", text);
   }
   std::string open_failure(bool force = false) {
@@ -52,7 +59,7 @@ TEST_F(WorkspaceTest, PublishesUnderTheNameAndLeavesNothingElse) {
     EXPECT_FALSE(fs::exists(output()));
     workspace.publish();
   }
-  EXPECT_EQ(test::read_text(output() / "index.bin"), "new");
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "new");
   EXPECT_FALSE(fs::exists(work()));
 }
 
@@ -69,7 +76,7 @@ TEST_F(WorkspaceTest, AnExistingOutputIsRefusedBeforeAnyWork) {
   EXPECT_THAT(open_failure(),
               AllOf(HasSubstr("2: "), HasSubstr("site.cairn exists"), HasSubstr("--force")));
   EXPECT_FALSE(fs::exists(work()));
-  EXPECT_EQ(test::read_text(output() / "index.bin"), "old");
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "old");
 }
 
 TEST_F(WorkspaceTest, ForceKeepsTheOldUntilTheNewIsComplete) {
@@ -78,9 +85,9 @@ TEST_F(WorkspaceTest, ForceKeepsTheOldUntilTheNewIsComplete) {
   {
     Workspace workspace(output(), {}, true);
     write_dataset(workspace.dataset_folder(), "new");
-    EXPECT_EQ(test::read_text(output() / "index.bin"), "old");
+    EXPECT_EQ(test::read_text(output() / "nodes.bin"), "old");
     workspace.publish();
-    EXPECT_EQ(test::read_text(output() / "index.bin"), "new");
+    EXPECT_EQ(test::read_text(output() / "nodes.bin"), "new");
   }
   EXPECT_FALSE(fs::exists(output() / "run.json"));
   EXPECT_FALSE(fs::exists(work()));
@@ -92,7 +99,7 @@ TEST_F(WorkspaceTest, ForceThatFailsKeepsTheOld) {
     Workspace workspace(output(), {}, true);
     write_dataset(workspace.dataset_folder(), "new");
   }
-  EXPECT_EQ(test::read_text(output() / "index.bin"), "old");
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "old");
   EXPECT_FALSE(fs::exists(work()));
 }
 
@@ -107,6 +114,9 @@ TEST_F(WorkspaceTest, ForceReplacesDatasetsOnly) {
   fs::remove_all(output());
   fs::create_directory(output());
   EXPECT_THAT(open_failure(true), AllOf(HasSubstr("2: "), HasSubstr("holds no index.bin")));
+  test::write_text(output() / "index.bin", "another program's index");
+  EXPECT_THAT(open_failure(true), AllOf(HasSubstr("2: "), HasSubstr("that is not Cairn's")));
+  EXPECT_TRUE(fs::exists(output() / "index.bin"));
 }
 
 TEST_F(WorkspaceTest, AnOutputThatAppearsMeanwhileIsNotOverwritten) {
@@ -114,7 +124,7 @@ TEST_F(WorkspaceTest, AnOutputThatAppearsMeanwhileIsNotOverwritten) {
   write_dataset(workspace.dataset_folder(), "new");
   write_dataset(output(), "another's");
   EXPECT_THAT(failure([&] { workspace.publish(); }), HasSubstr("2: "));
-  EXPECT_EQ(test::read_text(output() / "index.bin"), "another's");
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "another's");
 }
 
 TEST_F(WorkspaceTest, OneBuildAnOutputAtATime) {
@@ -136,6 +146,181 @@ TEST_F(WorkspaceTest, TakesOverWhatAKilledBuildLeft) {
   EXPECT_THAT(said, AllOf(HasSubstr("cairn: note: "), HasSubstr("site.cairn.work")));
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1);
   EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+/// As a process that is killed before its destructors run.
+void run_and_die(const std::function<void()>& job) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    job();
+    ::_exit(9);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_EQ(WEXITSTATUS(status), 9);
+}
+
+TEST_F(WorkspaceTest, AScratchFolderOfAKilledBuildIsRemovedByABuildWithoutOne) {
+  const fs::path scratch = folder_ / "scratch";
+  fs::create_directory(scratch);
+  run_and_die([&] {
+    Workspace workspace(output(), scratch, false);
+    test::write_text(workspace.arrays_folder() / "points", "bulk");
+    ::_exit(9);
+  });
+  ASSERT_FALSE(fs::is_empty(scratch));
+  { Workspace workspace(output(), {}, false); }
+  EXPECT_TRUE(fs::is_empty(scratch));
+}
+
+TEST_F(WorkspaceTest, ANoteDoesNotMakeAnothersFolderOurs) {
+  const fs::path thesis = folder_ / "thesis";
+  test::write_text(thesis / "thesis.txt", "years of work");
+  test::write_text(work() / "held-by-cairn",
+                   R"({"scratch":")" + thesis.string() + R"(","aside":"thesis"})");
+  EXPECT_THAT(open_failure(), HasSubstr("4: "));
+  EXPECT_EQ(test::read_text(thesis / "thesis.txt"), "years of work");
+}
+
+/// The names in a folder in the order in which they go.
+class Removals {
+ public:
+  explicit Removals(const fs::path& folder) : watch_(::inotify_init1(IN_NONBLOCK)) {
+    ::inotify_add_watch(watch_, folder.c_str(), IN_DELETE);
+  }
+  ~Removals() { ::close(watch_); }
+  std::vector<std::string> names() const {
+    alignas(inotify_event) std::array<char, 65536> bytes;
+    const ssize_t size = ::read(watch_, bytes.data(), bytes.size());
+    std::vector<std::string> names;
+    for (ssize_t at = 0; at < size;) {
+      const auto* event = reinterpret_cast<const inotify_event*>(&bytes[static_cast<size_t>(at)]);
+      if (event->len > 0) names.emplace_back(event->name);
+      at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+    }
+    return names;
+  }
+
+ private:
+  int watch_;
+};
+
+TEST_F(WorkspaceTest, TheMarkGoesLastSoThatAKilledCleanUpIsTakenOver) {
+  std::optional<Workspace> workspace;
+  workspace.emplace(output(), std::nullopt, false);
+  for (int i = 0; i < 50; ++i) test::write_text(work() / std::to_string(i), "bulk");
+  // Made again, since some file systems list the newest name first.
+  const std::string note = test::read_text(work() / "held-by-cairn");
+  fs::remove(work() / "held-by-cairn");
+  test::write_text(work() / "held-by-cairn", note);
+  const Removals removals(work());
+  workspace.reset();
+  const auto names = removals.names();
+  ASSERT_EQ(names.size(), 53U);
+  EXPECT_EQ(names.back(), "held-by-cairn");
+}
+
+/// A file system that cannot exchange names.
+Renames in_two_steps() {
+  Renames renames = Renames::of_system();
+  renames.exchange = [](const fs::path&, const fs::path&) {
+    errno = EINVAL;
+    return -1;
+  };
+  return renames;
+}
+
+/// One whose renames fail from the one of this number on.
+Renames failing_from(int first_failure) {
+  Renames renames = in_two_steps();
+  renames.rename = [first_failure, done = 0](const fs::path& from, const fs::path& to) mutable {
+    if (++done < first_failure) return ::rename(from.c_str(), to.c_str());
+    errno = EIO;
+    return -1;
+  };
+  return renames;
+}
+
+TEST_F(WorkspaceTest, ReplacesWhereNamesCannotBeExchanged) {
+  write_dataset(output(), "old");
+  test::write_text(folder_ / "site.cairn.old/thesis.txt", "the user's");
+  {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+    workspace.publish(in_two_steps());
+  }
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "new");
+  EXPECT_EQ(test::read_text(folder_ / "site.cairn.old/thesis.txt"), "the user's");
+  fs::remove_all(folder_ / "site.cairn.old");
+  fs::remove_all(output());
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(WorkspaceTest, ARenameThatFailsLeavesTheOldInItsPlace) {
+  write_dataset(output(), "old");
+  {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+    Renames renames = in_two_steps();
+    renames.rename = [done = 0](const fs::path& from, const fs::path& to) mutable {
+      if (++done != 2) return ::rename(from.c_str(), to.c_str());
+      errno = EIO;
+      return -1;
+    };
+    EXPECT_THAT(failure([&] { workspace.publish(renames); }), HasSubstr("4: cannot replace"));
+  }
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "old");
+  EXPECT_FALSE(fs::exists(work()));
+}
+
+TEST_F(WorkspaceTest, WhereNothingCanBeMovedBackBothAreKeptAndNamed) {
+  write_dataset(output(), "old");
+  {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+    EXPECT_THAT(
+        failure([&] { workspace.publish(failing_from(2)); }),
+        AllOf(HasSubstr("4: "), HasSubstr("site.cairn.old"), HasSubstr("site.cairn.work/dataset")));
+  }
+  EXPECT_EQ(test::read_text(folder_ / "site.cairn.old/nodes.bin"), "old");
+  EXPECT_EQ(test::read_text(work() / "dataset/nodes.bin"), "new");
+}
+
+TEST_F(WorkspaceTest, ADatasetThatAKilledBuildMovedAsideComesBack) {
+  write_dataset(output(), "old");
+  run_and_die([&] {
+    Workspace workspace(output(), {}, true);
+    write_dataset(workspace.dataset_folder(), "new");
+    Renames renames = in_two_steps();
+    renames.rename = [done = 0](const fs::path& from, const fs::path& to) mutable {
+      if (++done == 2) ::_exit(9);
+      return ::rename(from.c_str(), to.c_str());
+    };
+    workspace.publish(renames);
+  });
+  ASSERT_FALSE(fs::exists(output()));
+  EXPECT_THAT(open_failure(), AllOf(HasSubstr("2: "), HasSubstr("site.cairn exists")));
+  EXPECT_EQ(test::read_text(output() / "nodes.bin"), "old");
+  EXPECT_FALSE(fs::exists(work()));
+  EXPECT_FALSE(fs::exists(folder_ / "site.cairn.old"));
+}
+
+TEST_F(WorkspaceTest, AFolderThatCannotBeSyncedIsNoFailure) {
+  const fs::path closed = folder_ / "closed";
+  fs::create_directory(closed);
+  fs::permissions(folder_.path(), fs::perms(0755));
+  fs::permissions(closed, fs::perms(0333));  // entries can be made, not listed
+  const bool root = ::geteuid() == 0;
+  if (root && ::seteuid(65534) != 0) GTEST_SKIP() << "cannot work as another user";
+  const std::string said = failure([&] {
+    Workspace workspace(closed / "site.cairn", {}, false);
+    write_dataset(workspace.dataset_folder(), "new");
+    workspace.publish();
+  });
+  if (root) ASSERT_EQ(::seteuid(0), 0);
+  fs::permissions(closed, fs::perms(0755));
+  EXPECT_EQ(said, "");
+  EXPECT_EQ(test::read_text(closed / "site.cairn/nodes.bin"), "new");
 }
 
 TEST_F(WorkspaceTest, DoesNotEmptyAFolderThatIsNotItsOwn) {
@@ -181,7 +366,7 @@ TEST_F(WorkspaceTest, FollowsALinkInsteadOfReplacingIt) {
     workspace.publish();
   }
   EXPECT_TRUE(fs::is_symlink(output()));
-  EXPECT_EQ(test::read_text(folder_ / "real.cairn/index.bin"), "new");
+  EXPECT_EQ(test::read_text(folder_ / "real.cairn/nodes.bin"), "new");
 }
 
 TEST_F(WorkspaceTest, AsksForDiskSpaceNamingNeededAndFree) {
