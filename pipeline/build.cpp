@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "formats/output_file.h"
@@ -89,28 +91,24 @@ formats::SourceSummary summary_of(const formats::ScanInfo& info, const stages::S
 formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
                                     const std::vector<stages::ScanLedger>& ledger) {
   formats::MetadataExtras extras;
-  const auto number_or_auto = [](const auto& value) {
-    return value ? fmt::format("{}", *value) : std::string("\"auto\"");
-  };
-  const auto quoted = [](std::string_view text) { return fmt::format("\"{}\"", text); };
-  const auto list = [&](const std::vector<std::string>& names) {
-    std::vector<std::string> items;
-    for (const std::string& name : names) items.push_back(quoted(name));
-    return fmt::format("[{}]", fmt::join(items, ", "));
-  };
-  extras.parameters = {
-      {"fanout", number_or_auto(options.fanout)},
-      {"node_points", fmt::format("{}", options.node_points)},
-      {"grid", number_or_auto(options.grid)},
-      {"theta", fmt::format("{}", options.theta_degrees)},
-      {"theta_relaxation", fmt::format("{}", options.theta_relaxation)},
-      {"reducer", quoted(options.reducer)},
-      {"position_bits", fmt::format("{}", options.position_bits)},
-      {"lossless_leaves", options.lossless_leaves ? "true" : "false"},
-      {"codec", quoted(formats::name_of(options.codec))},
-      {"drop", list(options.drop)},
-      {"keep", list(options.keep)},
-      {"resolution", options.resolution ? fmt::format("{}", *options.resolution) : "null"}};
+  using Json = nlohmann::json;
+  const auto text = [](const Json& value) { return value.dump(); };
+  const auto number = [](auto value) {
+    return fmt::format("{}", value);
+  };  // 15, where JSON has 15.0
+  const auto number_or_auto = [](const auto& value) { return value ? Json(*value) : Json("auto"); };
+  extras.parameters = {{"fanout", text(number_or_auto(options.fanout))},
+                       {"node_points", text(options.node_points)},
+                       {"grid", text(number_or_auto(options.grid))},
+                       {"theta", number(options.theta_degrees)},
+                       {"theta_relaxation", number(options.theta_relaxation)},
+                       {"reducer", text(options.reducer)},
+                       {"position_bits", text(options.position_bits)},
+                       {"lossless_leaves", text(options.lossless_leaves)},
+                       {"codec", text(formats::name_of(options.codec))},
+                       {"drop", text(options.drop)},
+                       {"keep", text(options.keep)},
+                       {"resolution", options.resolution ? number(*options.resolution) : "null"}};
   for (std::size_t s = 0; s < scans.size(); ++s)
     extras.sources.push_back(summary_of(scans[s]->info(), ledger[s], extras.crs));
   if (!options.crs.empty()) {

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fstream>
-#include <numeric>
 
 #include "formats/error.h"
+#include "pipeline/words.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -17,39 +16,16 @@ namespace {
 using formats::Error;
 using formats::ErrorKind;
 
-/// Edit distance between two words: insertions, deletions, replacements.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, replaced});
-    }
-  }
-  return row.back();
-}
-
 [[noreturn]] void refuse_key(const std::string& where, std::string_view key) {
-  std::string_view nearest;
-  std::size_t least = 1 + std::max<std::size_t>(2, key.size() / 3);
-  std::string all;
-  for (const Setting& setting : build_settings()) {
-    if (setting.flag_only) continue;
-    all += (all.empty() ? "" : ", ") + std::string(setting.key);
-    const std::size_t edits = distance(key, setting.key);
-    if (edits < least) {
-      least = edits;
-      nearest = setting.key;
-    }
-  }
+  std::vector<std::string_view> keys;
+  for (const Setting& setting : build_settings())
+    if (!setting.flag_only) keys.push_back(setting.key);
+  const std::string_view nearest = nearest_word(key, keys);
   const Setting* known = find_setting(key);
   if (known != nullptr)
     formats::throw_usage(fmt::format("{}: '{}' is a flag only: {}", where, key, known->flag()));
-  const std::string hint =
-      nearest.empty() ? "keys are " + all : fmt::format("did you mean '{}'?", nearest);
+  const std::string hint = nearest.empty() ? fmt::format("keys are {}", fmt::join(keys, ", "))
+                                           : fmt::format("did you mean '{}'?", nearest);
   formats::throw_usage(fmt::format("{}: unknown key '{}'; {}", where, key, hint));
 }
 

@@ -16,11 +16,13 @@
 #include <new>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "formats/error.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/compiled_in.h"
 #include "pipeline/signal_watch.h"
+#include "pipeline/words.h"
 #include "stages/parallel.h"
 
 namespace cairn::pipeline {
@@ -91,13 +93,26 @@ int run_command(Command& command) {
   }
 }
 
+int fail_without_command(const CLI::App& program) {
+  const auto rest = program.remaining();
+  if (rest.empty())
+    return fail("no command is given: build, info, verify or export; see cairn --help", kUsageExit);
+  std::vector<std::string_view> names;
+  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  const std::string_view nearest = nearest_word(rest.front(), names);
+  const std::string hint = nearest.empty() ? fmt::format("commands are {}", fmt::join(names, ", "))
+                                           : fmt::format("did you mean '{}'?", nearest);
+  return fail(fmt::format("unknown command '{}'; {}", rest.front(), hint), kUsageExit);
+}
+
 /// Help and version are answers, all else of the parser's exceptions is a wrong command line.
 int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return program.exit(error);
   const auto chosen = program.get_subcommands();
   if (chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
-    return fail("no command is given: build, info, verify or export; see cairn --help", kUsageExit);
+    return fail_without_command(program);
   const std::string command = chosen.empty() ? "" : chosen.front()->get_name() + " ";
   return fail(fmt::format("{}; see cairn {}--help", error.what(), command), kUsageExit);
 }

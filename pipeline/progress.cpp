@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -83,8 +82,10 @@ class Silence : public stages::ProgressSink {
 /// Counts in the workers' threads, shows from its own.
 class Display : public stages::ProgressSink {
  public:
-  explicit Display(std::unique_ptr<View> view)
-      : view_(std::move(view)), drawer_([this](const std::stop_token& stop) { draw(stop); }) {}
+  Display(std::unique_ptr<View> view, std::optional<std::chrono::milliseconds> interval)
+      : view_(std::move(view)),
+        interval_(interval.value_or(view_->interval())),
+        drawer_([this](const std::stop_token& stop) { draw(stop); }) {}
 
   ~Display() override {
     drawer_.request_stop();
@@ -130,12 +131,13 @@ class Display : public stages::ProgressSink {
     while (!stop.stop_requested()) {
       wake_.wait(lock, stop, [this] { return running_; });
       // Woken early only by the end of the job: the next stage keeps the beat of the one before.
-      wake_.wait_for(lock, stop, view_->interval(), [] { return false; });
+      wake_.wait_for(lock, stop, interval_, [] { return false; });
       if (running_ && !stop.stop_requested()) view_->look(state());
     }
   }
 
   std::unique_ptr<View> view_;
+  std::chrono::milliseconds interval_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::string stage_;
@@ -156,24 +158,24 @@ bool can_draw_bar() {
 }  // namespace
 
 std::optional<ProgressMode> progress_mode_named(std::string_view name) {
-  constexpr std::array<std::string_view, 5> kNames{"auto", "bar", "plain", "json", "none"};
-  const auto at = std::find(kNames.begin(), kNames.end(), name);
-  if (at == kNames.end()) return std::nullopt;
-  return static_cast<ProgressMode>(at - kNames.begin());
+  const auto at = std::find(kProgressModeNames.begin(), kProgressModeNames.end(), name);
+  if (at == kProgressModeNames.end()) return std::nullopt;
+  return static_cast<ProgressMode>(at - kProgressModeNames.begin());
 }
 
-std::unique_ptr<stages::ProgressSink> make_progress(ProgressMode mode) {
+std::unique_ptr<stages::ProgressSink> make_progress(
+    ProgressMode mode, std::optional<std::chrono::milliseconds> interval) {
   if (mode == ProgressMode::kAuto)
     mode = can_draw_bar() ? ProgressMode::kBar : ProgressMode::kPlain;
   switch (mode) {
     case ProgressMode::kBar:
-      return std::make_unique<Display>(std::make_unique<BarView>());
+      return std::make_unique<Display>(std::make_unique<BarView>(), interval);
     case ProgressMode::kJson:
-      return std::make_unique<Display>(std::make_unique<JsonView>());
+      return std::make_unique<Display>(std::make_unique<JsonView>(), interval);
     case ProgressMode::kNone:
       return std::make_unique<Silence>();
     default:
-      return std::make_unique<Display>(std::make_unique<PlainView>());
+      return std::make_unique<Display>(std::make_unique<PlainView>(), interval);
   }
 }
 

@@ -1,6 +1,8 @@
 // How a running job shows itself on stderr.
 #pragma once
 
+#include <array>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -16,10 +18,13 @@ enum class ProgressMode {
   kJson,   ///< a JSON object a line
   kNone,
 };
+inline constexpr std::array<const char*, 5> kProgressModeNames{"auto", "bar", "plain", "json",
+                                                               "none"};  ///< in the enum's order
 std::optional<ProgressMode> progress_mode_named(std::string_view name);
 
 /// A sink that shows the stages on stderr: name, share, points a second, time left. Its calls cost the
-/// workers one atomic addition; a thread of its own does the drawing.
-std::unique_ptr<stages::ProgressSink> make_progress(ProgressMode mode);
+/// workers one atomic addition; a thread of its own does the drawing, every `interval` (none: the mode's own).
+std::unique_ptr<stages::ProgressSink> make_progress(
+    ProgressMode mode, std::optional<std::chrono::milliseconds> interval = {});
 
 }  // namespace cairn::pipeline

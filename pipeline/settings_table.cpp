@@ -223,7 +223,7 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"position_bits", kInteger, kStorage, "BITS", "an integer from 1 to 32", "16",
      "bits of a coordinate inside its node's box", set_position_bits},
     {"lossless_leaves", kSwitch, kStorage, "", kBoolean, "false",
-     "keep the finest level as the input has it, bit by bit", set_lossless},
+     "keep the finest level on the dataset's grid; exact for LAS of common scales", set_lossless},
     {"codec", kText, kStorage, "NAME", "none, lzo, lzo999 or zstd", "lzo",
      "compression of the sections", set_codec},
     {"memory", kSize, kResources, "SIZE",

@@ -11,8 +11,13 @@ mapfile -t files < <(git ls-files --cached --others --exclude-standard '*.h' '*.
 case "${1:-}" in
   --no-tidy) sources=() ;;
   --all) mapfile -t sources < <(printf '%s\n' "${files[@]}" | grep '\.cpp$') ;;
-  -*) grep '^#   ' "$0" >&2; exit 2 ;;
-  *) mapfile -t sources < <(git diff --name-only --diff-filter=d "${1:-HEAD~}" -- '*.cpp') ;;
+  -*) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
+  *)
+    # In a variable first: inside <( ) a base that git does not know would pass for no changes.
+    changed=$(git diff --name-only --diff-filter=d "${1:-HEAD~}" -- '*.cpp')
+    mapfile -t sources <<<"$changed"
+    [[ -n $changed ]] || sources=()
+    ;;
 esac
 scripts/setup.sh checks
 

@@ -6,7 +6,7 @@
 #   scripts/check_bare.sh command    this command instead, with bash, in the clone
 set -euo pipefail
 cd "$(dirname "$0")/.."
-[[ $EUID -eq 0 ]] || exec sudo "$0" "$@"
+[[ $EUID -eq 0 ]] || exec sudo "scripts/$(basename "$0")" "$@"
 command -v debootstrap >/dev/null || apt-get -qq install --yes debootstrap >/dev/null
 
 # The mirror that this machine's own package manager uses.

@@ -24,7 +24,10 @@ if [[ ${#scans[@]} -eq 0 ]]; then
   say "Generate a campaign"
   # make <points> <shape> <seed> <file>, unless it is there from an earlier run
   make() {
-    [[ -e demo/$4 ]] || run build/release/make_scan --points "$1" --shape "$2" --seed "$3" -o "demo/$4"
+    if [[ ! -e demo/$4 ]]; then  # under its name only when it is whole
+      run build/release/make_scan --points "$1" --shape "$2" --seed "$3" -o "demo/half_$4"
+      mv "demo/half_$4" "demo/$4"
+    fi
     scans+=("demo/$4")
   }
   make 1500000 statue 1 statue_east.las

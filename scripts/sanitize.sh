@@ -60,6 +60,6 @@ for sanitizer in "$@"; do
       run tsan short --tests-regex '^(stages|end_to_end)/'
       ;;
     fuzz) run fuzz long --tests-regex '^fuzz/' ;;
-    *) grep '^#   ' "$0" >&2; exit 2 ;;
+    *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
   esac
 done

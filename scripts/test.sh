@@ -11,7 +11,7 @@ case "${1:-}" in
   "") label='^short$' ;;
   --long) label='^long$' ;;
   --all) label='.' ;;
-  *) grep '^#   ' "$0" >&2; exit 2 ;;
+  *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
 esac
 
 scripts/setup.sh

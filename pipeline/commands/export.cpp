@@ -11,6 +11,7 @@
 #include "formats/scans/scan_writer.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/commands/results.h"
+#include "pipeline/commands/setting_flags.h"
 #include "pipeline/human.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
@@ -43,9 +44,7 @@ class ExportCommand : public Command {
     parser_.add_option("--level", level_, "a level from 0, the coarsest, or leaves [leaves]")
         ->option_text("L|leaves");
     parser_.add_flag("--force", force_, "replace an existing file once the new one is complete");
-    parser_.add_option("--progress", progress_, "auto, bar, plain, json or none [auto]")
-        ->option_text("MODE")
-        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+    add_progress_flag(parser_, progress_);
   }
 
   CLI::App& parser() override { return parser_; }

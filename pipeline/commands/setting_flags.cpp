@@ -21,17 +21,29 @@ CLI::Option* add(CLI::App& parser, const Setting& setting, const std::string& he
   return option;
 }
 
+std::string help_of(const Setting& setting) {
+  std::string help(setting.help);
+  if (setting.kind != SettingKind::kSwitch) help += fmt::format(" ({})", setting.allowed);
+  if (!setting.fallback.empty() && setting.kind != SettingKind::kSwitch)
+    help += fmt::format(" [{}]", setting.fallback);
+  return help;
+}
+
 }  // namespace
 
 Flag declare_flag(CLI::App& parser, const Setting& setting) {
-  std::string help(setting.help);
-  if (setting.kind == SettingKind::kText) help += ": " + std::string(setting.allowed);
-  if (!setting.fallback.empty() && setting.kind != SettingKind::kSwitch)
-    help += fmt::format(" [{}]", setting.fallback);
-  CLI::Option* option = add(parser, setting, help);
+  CLI::Option* option = add(parser, setting, help_of(setting));
   if (setting.kind != SettingKind::kSwitch) option->option_text(std::string(setting.value));
   option->group(std::string(setting.group));
   return {&setting, option};
+}
+
+void add_progress_flag(CLI::App& parser, std::string& mode) {
+  const Setting& setting = *find_setting("progress");
+  parser.add_option("--progress", mode, help_of(setting))
+      ->option_text(std::string(setting.value))
+      ->check(CLI::IsMember(
+          std::vector<std::string>(kProgressModeNames.begin(), kProgressModeNames.end())));
 }
 
 SettingLayer given_flags(const std::vector<Flag>& flags) {

@@ -1,6 +1,7 @@
 // Settings as flags of a command.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "pipeline/settings.h"
@@ -20,6 +21,9 @@ struct Flag {
 
 /// Adds a setting to a command's parser, with its help.
 Flag declare_flag(CLI::App& parser, const Setting& setting);
+
+/// Adds --progress to a command that has no other setting in common with a build. `mode` must outlive the parser.
+void add_progress_flag(CLI::App& parser, std::string& mode);
 
 /// The values of those flags that were given.
 SettingLayer given_flags(const std::vector<Flag>& flags);

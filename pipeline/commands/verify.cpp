@@ -52,9 +52,7 @@ class VerifyCommand : public Command {
     parser_.add_option("--threads", threads_, "workers [one a processor]")
         ->option_text("COUNT")
         ->check(CLI::Range(1U, 1024U));
-    parser_.add_option("--progress", progress_, "auto, bar, plain, json or none [auto]")
-        ->option_text("MODE")
-        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+    add_progress_flag(parser_, progress_);
   }
 
   CLI::App& parser() override { return parser_; }

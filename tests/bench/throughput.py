@@ -31,11 +31,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=20_000_000)
-    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/cairn")
-    parser.add_argument("--generator", type=pathlib.Path, default=ROOT.parent / "shared/bench/gen_scan.cpp",
-                        help="C++ source of `gen_scan N PREFIX las`; without it make_scan is used")
+    parser.add_argument("--generator", type=pathlib.Path,
+                        help="C++ source of a `gen_scan N PREFIX las`; without it make_scan is used")
     parser.add_argument("--scan", type=pathlib.Path, help="an input to take instead of a synthetic one")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the scan and the datasets, kept afterwards")
     parser.add_argument("flags", nargs="*", help="flags for `cairn build`")
@@ -49,7 +49,7 @@ def make_scan(arguments, folder):
     scan = folder / f"bench-{arguments.points}.las"
     if scan.exists():
         return scan
-    if arguments.generator.exists():
+    if arguments.generator:
         generator = folder / "gen_scan"
         subprocess.run(["g++", "-O2", "-o", generator, arguments.generator], check=True)
         subprocess.run([generator, str(arguments.points), scan.with_suffix("").as_posix(), "las"], check=True)

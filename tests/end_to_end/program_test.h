@@ -13,7 +13,7 @@
 
 namespace cairn::test {
 
-/// A test with a folder of its own, where `cairn` runs with --progress none for the commands that know it.
+/// A test with a folder of its own, where the program runs on files and leaves what it makes.
 class ProgramTest : public ::testing::Test {
  protected:
   Outcome cairn(std::vector<std::string> arguments) {

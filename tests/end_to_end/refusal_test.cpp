@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <csignal>
+#include <tuple>
 
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/shared_data.h"
@@ -19,8 +20,10 @@ class Refusal : public ProgramTest {};
 
 TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
   CAIRN_NEEDS_SHARED_DATA();
-  for (const char* suffix : {".las", ".ply"})
-    for (const fs::path& scan : files_in(CAIRN_SHARED_DATA "/hostile", suffix)) {
+  for (const char* suffix : {".las", ".ply"}) {
+    const auto scans = files_in(CAIRN_SHARED_DATA "/hostile", suffix);
+    ASSERT_FALSE(scans.empty()) << suffix;
+    for (const fs::path& scan : scans) {
       SCOPED_TRACE(scan.filename().string());
       const Outcome outcome = build({scan});
       if (outcome.exit_code == 0) {
@@ -33,6 +36,7 @@ TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
         EXPECT_THAT(outcome.err, HasSubstr(scan.filename().string()));
       }
     }
+  }
 }
 
 TEST_F(Refusal, ScansWithoutPointsSaySo) {
@@ -92,16 +96,43 @@ TEST_F(Refusal, ForceDoesNotReplaceOtherFolders) {
 
 TEST_F(Refusal, AStoppedBuildCleansUpAndSaysSo) {
   const std::string scan = write_wavy_las(folder_ / "large.las", 2000000);
-  for (const int signal : {SIGINT, SIGTERM}) {
+  const std::vector<std::tuple<int, std::string, std::string>> stops{
+      {SIGINT, "SIGINT", "\"begin\",\"stage\":\"import\""},
+      {SIGTERM, "SIGTERM", "\"begin\",\"stage\":\"split\""},
+      {SIGHUP, "SIGHUP", "\"begin\",\"stage\":\"cluster\""}};
+  for (const auto& [signal, name, after] : stops) {
     const Outcome outcome = run_program(
-        CAIRN_PROGRAM, {"build", "--progress", "json", scan, "-o", output()}, signal, "\"begin\"");
+        CAIRN_PROGRAM, {"build", "--progress", "json", scan, "-o", output()}, signal, after);
     EXPECT_EQ(outcome.exit_code, 128 + signal) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
-    EXPECT_THAT(lines_of(outcome.err).front(), HasSubstr(signal == SIGINT ? "SIGINT" : "SIGTERM"));
+    EXPECT_THAT(lines_of(outcome.err).front(), HasSubstr(name));
     EXPECT_FALSE(fs::exists(output()));
     EXPECT_FALSE(fs::exists(output() + ".work"));
   }
+}
+
+TEST_F(Refusal, AStoppedReplacementKeepsTheOld) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  const std::string before = read_text(output() + "/nodes.bin");
+  const std::string scan = write_wavy_las(folder_ / "large.las", 2000000);
+  const Outcome outcome =
+      run_program(CAIRN_PROGRAM, {"build", "--force", "--progress", "json", scan, "-o", output()},
+                  SIGINT, "\"stage\":\"cluster\"");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_EQ(read_text(output() + "/nodes.bin"), before);
+  EXPECT_FALSE(fs::exists(output() + ".work"));
+}
+
+TEST_F(Refusal, ASecondSignalEndsAtOnceAndTheNextBuildCleansUp) {
+  // A build that waits for a pipe notices no wish to stop, so that the second one finds it running.
+  const std::string pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const Outcome outcome =
+      run_program("/bin/bash", {"-c", std::string(CAIRN_PROGRAM) + " build -o " + output() +
+                                          " --config " + pipe + " & exec 3>" + pipe +
+                                          "; kill -TERM $!; sleep 0.2; kill -HUP $!; wait $!"});
+  EXPECT_EQ(outcome.exit_code, 128 + SIGHUP);
 }
 
 TEST_F(Refusal, AnErrorAfterASignalIsToldAsTheErrorThatItIs) {
@@ -117,15 +148,28 @@ TEST_F(Refusal, AnErrorAfterASignalIsToldAsTheErrorThatItIs) {
   EXPECT_THAT(outcome.err, HasSubstr("unknown key 'nonsense'"));
 }
 
-TEST_F(Refusal, AKilledBuildIsStartedAgain) {
+TEST_F(Refusal, AKilledBuildIsStartedAgainAndMakesTheSameBytes) {
   const std::string scan = write_wavy_las(folder_ / "large.las", 500000);
   run_program(CAIRN_PROGRAM, {"build", "--progress", "json", scan, "-o", output()}, SIGKILL,
-              "\"begin\"");
+              "\"stage\":\"cluster\"");
   ASSERT_TRUE(fs::exists(output() + ".work"));
   const Outcome again = build({scan});
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("cairn: note: "));
   EXPECT_FALSE(fs::exists(output() + ".work"));
+  const std::string undisturbed = folder_ / "undisturbed.cairn";
+  ASSERT_EQ(cairn({"build", "--progress", "none", scan, "-o", undisturbed}).exit_code, 0);
+  for (const char* file : {"/index.bin", "/nodes.bin", "/metadata.json"})
+    EXPECT_TRUE(read_text(output() + file) == read_text(undisturbed + file)) << file;
+}
+
+TEST_F(Refusal, AFullDiskIsASystemErrorAndLeavesNothing) {
+  const std::string scan = write_wavy_las(folder_ / "large.las", 500000);
+  // A limit of the shell's on the size of files: what is written beyond it fails, as on a full disk.
+  const Outcome outcome =
+      run_program("/bin/bash", {"-c", "ulimit -f 1000; exec " + std::string(CAIRN_PROGRAM) +
+                                          " build --progress none " + scan + " -o " + output()});
+  expect_refusal(outcome, 4);
 }
 
 TEST_F(Refusal, AFlippedByteIsFoundByVerify) {

@@ -83,7 +83,9 @@ std::vector<std::array<double, 3>> read_ascii_ply(const fs::path& path, std::uin
 TEST_F(RoundTrip, EveryLasComesBackAsItWas) {
   CAIRN_NEEDS_SHARED_DATA();
   const auto counts = manifest_counts();
-  for (const fs::path& scan : files_in(CAIRN_SHARED_DATA "/las", ".las")) {
+  const auto scans = files_in(CAIRN_SHARED_DATA "/las", ".las");
+  ASSERT_FALSE(scans.empty());
+  for (const fs::path& scan : scans) {
     SCOPED_TRACE(scan.filename().string());
     const Json told = build_and_verify({scan}, {"--preset", "archive"});
     ASSERT_TRUE(told.is_object());
@@ -112,6 +114,7 @@ TEST_F(RoundTrip, TheBunnysSixScansComeBackToTheGrid) {
     const auto part = read_ascii_ply(scan, counts.at("campaign_bunny/" + scan.filename().string()));
     input.insert(input.end(), part.begin(), part.end());
   }
+  ASSERT_FALSE(scans.empty());
   const Json told = build_and_verify(scans, {"--preset", "archive", "--node-points", "5000"});
   ASSERT_TRUE(told.is_object());
   EXPECT_EQ(told.at("points"), input.size());

@@ -1,4 +1,5 @@
 // Command lines, right and wrong.
+#include "pipeline/settings.h"
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/tiny_scans.h"
 
@@ -57,6 +58,25 @@ TEST_F(Usage, WrongCommandLinesAreOneLineAndExitCodeTwo) {
 
 TEST_F(Usage, AnUnknownFlagPointsToTheHelp) {
   EXPECT_THAT(cairn({"build", "--nonsense"}).err, HasSubstr("see cairn build --help"));
+}
+
+TEST_F(Usage, AnUnknownCommandIsNamedWithTheOneThatWasMeant) {
+  EXPECT_THAT(cairn({"bild"}).err, HasSubstr("unknown command 'bild'; did you mean 'build'?"));
+  EXPECT_THAT(cairn({"transmogrify"}).err, HasSubstr("commands are build, info, verify, export"));
+}
+
+TEST_F(Usage, HelpTellsWhatIsAllowed) {
+  const std::string help = cairn({"build", "--help"}).out;
+  for (const char* key : {"memory", "theta", "position_bits", "node_points", "codec"}) {
+    const pipeline::Setting& setting = *pipeline::find_setting(key);
+    std::string squeezed;  // the help is wrapped into columns
+    for (const char c : help)
+      if (c != ' ' && c != '\n') squeezed += c;
+    std::string expected;
+    for (const char c : setting.allowed)
+      if (c != ' ') expected += c;
+    EXPECT_THAT(squeezed, HasSubstr("(" + expected + ")"));
+  }
 }
 
 TEST_F(Usage, AConfigurationNamesFileLineKeyAndWhatIsAllowed) {

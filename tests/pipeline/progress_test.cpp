@@ -55,6 +55,22 @@ TEST(Progress, JsonLinesParseAndCountEveryPoint) {
   EXPECT_EQ(events.back().at("points"), 1000);
 }
 
+TEST(Progress, ARunningStageIsDrawnAgainAndAgain) {
+  for (const ProgressMode mode : {ProgressMode::kBar, ProgressMode::kPlain, ProgressMode::kJson}) {
+    ::testing::internal::CaptureStderr();
+    {
+      const auto progress = make_progress(mode, std::chrono::milliseconds(1));
+      progress->begin("cluster", 1000);
+      progress->advance(500);
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    }
+    const std::string text = ::testing::internal::GetCapturedStderr();
+    const std::string half = mode == ProgressMode::kJson ? "\"share\":0.5" : "50%";
+    EXPECT_NE(text.find(half), std::string::npos) << text;
+    EXPECT_NE(text.find(half), text.rfind(half)) << text;
+  }
+}
+
 TEST(Progress, PlainTellsTheEndOfEachStage) {
   const std::string text = stderr_of(ProgressMode::kPlain, two_stages);
   EXPECT_THAT(text, HasSubstr("import: done, 4,000 points in "));

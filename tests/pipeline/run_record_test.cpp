@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <nlohmann/json.hpp>
 
 #include "formats/error.h"
@@ -53,11 +54,14 @@ TEST(RunRecord, IsNeverNeeded) {
 }
 
 TEST(RunRecord, AFullDiskIsASystemError) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_symlink("/dev/full", folder / "run.json");
   try {
-    write_run_record("/proc/self", sample());
+    write_run_record(folder.path(), sample());
     FAIL() << "no error";
   } catch (const formats::Error& error) {
     EXPECT_EQ(error.kind(), formats::ErrorKind::kSystem);
+    EXPECT_EQ(error.parts().system_errno, ENOSPC);
   }
 }
 

@@ -13,7 +13,7 @@ struct Outcome {
   std::string err;
 };
 
-/// Runs CAIRN_PROGRAM with these arguments to its end. If `signal` is given, it is sent once `after` has
+/// Runs `program` with these arguments to its end. If `signal` is given, it is sent once `after` has
 /// appeared on stderr.
 Outcome run_program(const std::string& program, const std::vector<std::string>& arguments,
                     int signal = 0, const std::string& after = {});

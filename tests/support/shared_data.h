@@ -4,14 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-/// Skips a test, saying so, where the scans are absent.
+/// Skips a test, saying so, where the scans are absent; fails it if the environment says that they are there.
 #define CAIRN_NEEDS_SHARED_DATA()                                  \
   if (!std::filesystem::exists(CAIRN_SHARED_DATA "/MANIFEST.tsv")) \
-  GTEST_SKIP() << "no scans at " CAIRN_SHARED_DATA
+    if (std::getenv("CAIRN_SHARED_DATA_REQUIRED") != nullptr)      \
+      FAIL() << "no scans at " CAIRN_SHARED_DATA;                  \
+    else                                                           \
+      GTEST_SKIP() << "no scans at " CAIRN_SHARED_DATA
 
 namespace cairn::test {
 
