@@ -22,6 +22,7 @@ class Command {
 /// Each declares its flags to the program's parser, which must outlive it.
 std::unique_ptr<Command> make_build_command(CLI::App& program);
 std::unique_ptr<Command> make_info_command(CLI::App& program);
+std::unique_ptr<Command> make_report_command(CLI::App& program);
 std::unique_ptr<Command> make_verify_command(CLI::App& program);
 std::unique_ptr<Command> make_export_command(CLI::App& program);
 
