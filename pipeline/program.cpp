@@ -9,14 +9,12 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <filesystem>
-#include <new>
 #include <string>
-#include <system_error>
 
 #include "formats/error.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/compiled_in.h"
+#include "pipeline/failure.h"
 #include "pipeline/signal_watch.h"
 
 namespace cairn::pipeline {
@@ -37,36 +35,6 @@ constexpr const char* kFooter =
     "Exit codes: 0 done, 2 usage, 3 bad input, 4 system (disk, memory, permission),\n"
     "5 a broken promise of a dataset, 128 + signal if stopped by one.";
 
-constexpr int kUsageExit = static_cast<int>(formats::ErrorKind::kUsage);
-constexpr int kSystemExit = static_cast<int>(formats::ErrorKind::kSystem);
-constexpr int kInvariantExit = static_cast<int>(formats::ErrorKind::kInvariant);
-
-/// Prints the one line, whatever the text holds, and hands the code back.
-int fail(std::string text, int exit_code) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  const std::string line = "cairn: error: " + text + "\n";
-  std::fwrite(line.data(), 1, line.size(), stderr);
-  return exit_code;
-}
-
-/// The exit code and line of the exception in flight.
-int report_failure() {
-  try {
-    throw;
-  } catch (const formats::Error& error) {
-    return fail(error.what(), static_cast<int>(error.kind()));
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory; a smaller --memory or fewer --threads may help", kSystemExit);
-  } catch (const std::system_error& error) {
-    return fail(error.what(), kSystemExit);  // also what std::filesystem throws
-  } catch (const std::exception& error) {
-    return fail(std::string("unexpected: ") + error.what(), kInvariantExit);
-  } catch (...) {
-    return fail("unexpected: an exception that tells nothing", kInvariantExit);
-  }
-}
-
 int report_stop(int signal) {
   const char* name = ::sigabbrev_np(signal);
   const std::string line =
@@ -79,8 +47,7 @@ int report_stop(int signal) {
 int run_command(Command& command) {
   SignalWatch signals;
   try {
-    command.run(signals.stop_token());
-    return 0;
+    return command.run(signals.stop_token());
   } catch (...) {
     return signals.caught() != 0 ? report_stop(signals.caught()) : report_failure();
   }
@@ -93,9 +60,10 @@ int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
   const auto chosen = program.get_subcommands();
   if (chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
     return fail("no command is given: build, info, verify, report or export; see cairn --help",
-                kUsageExit);
+                formats::ErrorKind::kUsage);
   const std::string command = chosen.empty() ? "" : chosen.front()->get_name() + " ";
-  return fail(fmt::format("{}; see cairn {}--help", error.what(), command), kUsageExit);
+  return fail(fmt::format("{}; see cairn {}--help", error.what(), command),
+              formats::ErrorKind::kUsage);
 }
 
 int parse_and_run(int argc, char** argv) {

@@ -16,7 +16,8 @@ class Command {
   /// The parser of this command, a subcommand of the program's.
   virtual CLI::App& parser() = 0;
   /// Does the work, after parsing. Throws formats::Error, or anything at all once `stop` is requested.
-  virtual void run(const std::stop_token& stop) = 0;
+  /// Returns the exit code: 0, or that of a part of the work that failed and was told already.
+  virtual int run(const std::stop_token& stop) = 0;
 };
 
 /// Each declares its flags to the program's parser, which must outlive it.

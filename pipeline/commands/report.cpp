@@ -32,11 +32,12 @@ class ReportCommand : public Command {
 
   CLI::App& parser() override { return parser_; }
 
-  void run(const std::stop_token&) override {
+  int run(const std::stop_token&) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
     const auto run = read_run_record(dataset_);
     print_results(json_ ? quality_json(dataset, dataset_, run) + "\n"
                         : quality_text(dataset, dataset_, run));
+    return 0;
   }
 
  private:
