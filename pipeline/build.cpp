@@ -193,7 +193,10 @@ class Build {
     report.elapsed_s = clock_.elapsed_s();
     report.threads = context_.threads;
     report.memory_limit_bytes = context_.memory_bytes;
+    // The peak is counted anew for every stage.
     report.peak_memory_bytes = peak_memory_bytes();
+    for (const StageTiming& stage : report.stages)
+      report.peak_memory_bytes = std::max(report.peak_memory_bytes, stage.peak_memory_bytes);
     report.scans = scans_;
     report.input_bytes = input_bytes_;
     return report;

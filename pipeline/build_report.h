@@ -12,6 +12,8 @@ struct StageTiming {
   std::string name;
   std::uint64_t points = 0;  ///< handled by the stage
   double seconds = 0;
+  double cpu_seconds = 0;               ///< of all threads, workers of other processes not included
+  std::uint64_t peak_memory_bytes = 0;  ///< largest resident memory while the stage ran
 };
 
 struct BuildReport {

@@ -65,7 +65,6 @@ bool has_type(const toml::node& node, SettingKind kind) {
 bool is_list(SettingKind kind) {
   return kind == SettingKind::kTexts || kind == SettingKind::kPaths;
 }
-bool is_path(SettingKind kind) { return kind == SettingKind::kPath || kind == SettingKind::kPaths; }
 
 std::string allowed_in_file(const Setting& setting) {
   switch (setting.kind) {
@@ -81,7 +80,7 @@ std::string allowed_in_file(const Setting& setting) {
 }
 
 std::vector<std::string> values_of(const toml::node& node, const Setting& setting,
-                                   const std::string& origin, const std::filesystem::path& folder) {
+                                   const std::string& origin) {
   const toml::array* list = is_list(setting.kind) ? node.as_array() : nullptr;
   std::vector<const toml::node*> items;
   if (list != nullptr)
@@ -94,9 +93,7 @@ std::vector<std::string> values_of(const toml::node& node, const Setting& settin
       throw Error(
           ErrorKind::kUsage,
           {.what = origin, .found = described(*item), .expected = allowed_in_file(setting)});
-    std::string text = *scalar_text(*item);
-    // The empty path is left to be refused; joined to the folder it would name the folder.
-    values.push_back(is_path(setting.kind) && !text.empty() ? (folder / text).string() : text);
+    values.push_back(*scalar_text(*item));
   }
   return values;
 }
@@ -121,7 +118,7 @@ SettingLayer parse_config(std::string_view text, const std::string& name,
     const Setting* setting = find_setting(key.str());
     if (setting == nullptr || setting->flag_only) refuse_key(where, key.str());
     const std::string origin = fmt::format("{}: {}", where, key.str());
-    layer[std::string(key.str())] = {values_of(node, *setting, origin, folder), origin};
+    layer[std::string(key.str())] = {values_of(node, *setting, origin), origin, true, folder};
   }
   return layer;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <sstream>
 
@@ -135,6 +136,17 @@ std::uint64_t machine_memory_bytes(const std::filesystem::path& root) {
 
 std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_bytes) {
   return std::max(asked_bytes != 0 ? asked_bytes : machine_bytes / 2, kLeastMemoryBytes);
+}
+
+void restart_peak_memory() {
+  constexpr const char* kResetPeak = "5";  // proc(5), /proc/pid/clear_refs
+  std::ofstream("/proc/self/clear_refs") << kResetPeak;
+}
+
+double cpu_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 std::uint64_t peak_memory_bytes() { return read_kilobytes("/proc/self/status", "VmHWM:"); }

@@ -12,15 +12,13 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <filesystem>
-#include <new>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "formats/error.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/compiled_in.h"
+#include "pipeline/failure.h"
 #include "pipeline/signal_watch.h"
 #include "pipeline/words.h"
 #include "stages/parallel.h"
@@ -36,41 +34,12 @@ constexpr const char* kFooter =
     "  cairn build scan1.las scan2.ply -o site.cairn\n"
     "  cairn info site.cairn\n"
     "  cairn verify site.cairn --against scan1.las scan2.ply\n"
+    "  cairn report site.cairn\n"
     "  cairn export site.cairn -o site.ply\n"
     "\n"
     "'cairn COMMAND --help' tells the flags of a command.\n"
     "Exit codes: 0 done, 2 usage, 3 bad input, 4 system (disk, memory, permission),\n"
     "5 a broken promise of a dataset, 128 + signal if stopped by one.";
-
-constexpr int kUsageExit = static_cast<int>(formats::ErrorKind::kUsage);
-constexpr int kSystemExit = static_cast<int>(formats::ErrorKind::kSystem);
-constexpr int kInvariantExit = static_cast<int>(formats::ErrorKind::kInvariant);
-
-/// Prints the one line, whatever the text holds, and hands the code back.
-int fail(std::string text, int exit_code) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  const std::string line = "cairn: error: " + text + "\n";
-  std::fwrite(line.data(), 1, line.size(), stderr);
-  return exit_code;
-}
-
-/// The exit code and line of the exception in flight.
-int report_failure() {
-  try {
-    throw;
-  } catch (const formats::Error& error) {
-    return fail(error.what(), static_cast<int>(error.kind()));
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory; a smaller --memory or fewer --threads may help", kSystemExit);
-  } catch (const std::system_error& error) {
-    return fail(error.what(), kSystemExit);  // also what std::filesystem throws
-  } catch (const std::exception& error) {
-    return fail(std::string("unexpected: ") + error.what(), kInvariantExit);
-  } catch (...) {
-    return fail("unexpected: an exception that tells nothing", kInvariantExit);
-  }
-}
 
 int report_stop(int signal) {
   const char* name = ::sigabbrev_np(signal);
@@ -84,8 +53,7 @@ int report_stop(int signal) {
 int run_command(Command& command) {
   SignalWatch signals;
   try {
-    command.run(signals.stop_token());
-    return 0;
+    return command.run(signals.stop_token());
   } catch (const stages::Stopped&) {
     return report_stop(signals.caught());
   } catch (...) {
@@ -94,16 +62,16 @@ int run_command(Command& command) {
 }
 
 int fail_without_command(const CLI::App& program) {
-  const auto rest = program.remaining();
-  if (rest.empty())
-    return fail("no command is given: build, info, verify or export; see cairn --help", kUsageExit);
   std::vector<std::string_view> names;
   for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(command->get_name());
+  const std::string all = fmt::format("commands are {}; see cairn --help", fmt::join(names, ", "));
+  const auto rest = program.remaining();
+  if (rest.empty()) return fail("no command is given; " + all, formats::ErrorKind::kUsage);
   const std::string_view nearest = nearest_word(rest.front(), names);
-  const std::string hint = nearest.empty() ? fmt::format("commands are {}", fmt::join(names, ", "))
-                                           : fmt::format("did you mean '{}'?", nearest);
-  return fail(fmt::format("unknown command '{}'; {}", rest.front(), hint), kUsageExit);
+  const std::string hint = nearest.empty() ? all : fmt::format("did you mean '{}'?", nearest);
+  return fail(fmt::format("unknown command '{}'; {}", rest.front(), hint),
+              formats::ErrorKind::kUsage);
 }
 
 /// Help and version are answers, all else of the parser's exceptions is a wrong command line.
@@ -114,7 +82,8 @@ int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
   if (chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
     return fail_without_command(program);
   const std::string command = chosen.empty() ? "" : chosen.front()->get_name() + " ";
-  return fail(fmt::format("{}; see cairn {}--help", error.what(), command), kUsageExit);
+  return fail(fmt::format("{}; see cairn {}--help", error.what(), command),
+              formats::ErrorKind::kUsage);
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -125,9 +94,9 @@ int parse_and_run(int argc, char** argv) {
   program.set_help_flag("-h,--help", "print this help and leave");
   program.get_formatter()->column_width(30);
   program.require_subcommand(1);
-  const std::array<std::unique_ptr<Command>, 4> commands{
+  const std::array<std::unique_ptr<Command>, 5> commands{
       make_build_command(program), make_info_command(program), make_verify_command(program),
-      make_export_command(program)};
+      make_report_command(program), make_export_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -50,6 +50,8 @@ Json stage_json(const StageTiming& stage) {
   return {{"name", stage.name},
           {"points", stage.points},
           {"seconds", stage.seconds},
+          {"cpu_seconds", stage.cpu_seconds},
+          {"peak_memory_bytes", stage.peak_memory_bytes},
           {"points_per_s", rate}};
 }
 
@@ -88,9 +90,10 @@ std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) 
                        .scans = record.at("scans").get<std::uint64_t>(),
                        .input_bytes = record.at("input_bytes").get<std::uint64_t>()};
     for (const Json& stage : record.at("stages"))
-      report.stages.push_back({stage.at("name").get<std::string>(),
-                               stage.at("points").get<std::uint64_t>(),
-                               stage.at("seconds").get<double>()});
+      report.stages.push_back(
+          {stage.at("name").get<std::string>(), stage.at("points").get<std::uint64_t>(),
+           stage.at("seconds").get<double>(), stage.at("cpu_seconds").get<double>(),
+           stage.at("peak_memory_bytes").get<std::uint64_t>()});
     return report;
   } catch (const Json::exception&) {
     return std::nullopt;  // a record by another version, or edited: it is only told, never needed

@@ -1,6 +1,7 @@
 #include "pipeline/settings.h"
 
 #include <fmt/format.h>
+#include <glob.h>
 
 #include <algorithm>
 
@@ -19,6 +20,42 @@ std::string joined(const std::vector<std::string>& values) {
   std::string text;
   for (const std::string& value : values) text += (text.empty() ? "" : ", ") + value;
   return values.empty() ? "nothing" : "'" + text + "'";
+}
+
+/// The files that a path of a configuration file names: itself, or those that match a pattern, in the order of
+/// their bytes.
+std::vector<std::string> files_named(const std::filesystem::path& path, const GivenValue& given) {
+  const std::string text = path.string();
+  if (text.find_first_of("*?[") == std::string::npos || std::filesystem::exists(path))
+    return {text};
+  glob_t found{};
+  const int result = ::glob(text.c_str(), GLOB_NOSORT, nullptr, &found);
+  std::vector<std::string> files(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  if (result != 0 || files.empty())
+    throw Error(ErrorKind::kUsage,
+                {.what = given.origin, .found = "no file that matches '" + text + "'"});
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Paths of a configuration file start from its folder, those of scans from `folder` if that is not empty.
+/// Flags are taken as they are. The empty path is left to be refused; joined it would name the folder.
+std::vector<std::string> located(const Setting& setting, const GivenValue& given,
+                                 const std::filesystem::path& folder) {
+  const bool is_path = setting.kind == SettingKind::kPath || setting.kind == SettingKind::kPaths;
+  if (!is_path || !given.in_file) return given.values;
+  std::vector<std::string> paths;
+  for (const std::string& value : given.values) {
+    const auto& base = setting.in_folder && !folder.empty() ? folder : given.base;
+    if (value.empty() || setting.kind == SettingKind::kPath) {
+      paths.push_back(value.empty() ? value : (base / value).string());
+      continue;
+    }
+    const auto files = files_named(base / value, given);
+    paths.insert(paths.end(), files.begin(), files.end());
+  }
+  return paths;
 }
 
 void apply(BuildSettings& settings, const Setting& setting, const GivenValue& given) {
@@ -67,8 +104,15 @@ BuildSettings resolve(const SettingLayer& flags,
   lay_over(chosen, flags);
   SettingLayer all = preset_layer(chosen);
   lay_over(all, chosen);
+  std::filesystem::path folder;
+  if (const auto given = all.find("folder"); given != all.end() && !given->second.values.empty())
+    folder = located(*find_setting("folder"), given->second, {}).front();
   BuildSettings settings;
-  for (const auto& [key, given] : all) apply(settings, *find_setting(key), given);
+  for (auto& [key, given] : all) {
+    const Setting& setting = *find_setting(key);
+    given.values = located(setting, given, folder);
+    apply(settings, setting, given);
+  }
   return settings;
 }
 

@@ -29,7 +29,7 @@ enum class SettingKind {
   kText,           ///< TOML string
   kTexts,          ///< TOML array of strings, or one; a flag that may be repeated
   kPath,           ///< TOML string; relative to the configuration file's folder
-  kPaths,          ///< TOML array of strings, or one; relative as above
+  kPaths,  ///< TOML array of strings, or one; relative as above; "*.las" stands for all such files
 };
 
 struct Setting {
@@ -43,6 +43,8 @@ struct Setting {
   /// Takes values that have the kind's form; false if they are none that this setting allows.
   bool (*apply)(BuildSettings& settings, const std::vector<std::string>& values);
   bool flag_only = false;  ///< no key of configuration files
+  bool in_folder =
+      false;  ///< a path in a configuration file starts from `folder`, if that is given
 
   std::string flag() const;  ///< "--node-points"
 };
@@ -56,6 +58,8 @@ struct GivenValue {
   std::vector<std::string> values;
   std::string
       origin;  ///< where it was given, for messages: "site.toml, line 3: fanout" or "--fanout"
+  bool in_file = false;             ///< by a configuration file
+  std::filesystem::path base = {};  ///< that file's folder, from which relative paths start
 };
 using SettingLayer = std::map<std::string, GivenValue, std::less<>>;
 

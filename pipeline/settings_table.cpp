@@ -71,6 +71,9 @@ bool set_scans(BuildSettings& s, const Values& v) {
   return std::find(v.begin(), v.end(), "") == v.end();
 }
 
+/// Has had its effect when paths were located.
+bool set_folder(BuildSettings&, const Values& v) { return !v.front().empty(); }
+
 bool set_output(BuildSettings& s, const Values& v) {
   s.options.output = v.front();
   return !v.front().empty();
@@ -189,13 +192,16 @@ constexpr std::string_view kBoolean = "true or false";
 
 constexpr auto kSettings = std::to_array<Setting>({
     {"scans", kPaths, kInOut, "SCANS", "paths of scans", "", "scans to convert, in this order",
-     set_scans},
+     set_scans, /*flag_only=*/false, /*in_folder=*/true},
+    {"folder", kPath, kInOut, "DIR", "a path of a folder", "the configuration file's",
+     "where the relative scans and poses of a configuration file start", set_folder},
     {"output", kPath, kInOut, "NAME.cairn", "a path", "", "the dataset to make, a folder",
      set_output},
     {"preset", kText, kInOut, "NAME", "default, preview or archive", "default",
      "start from these settings", is_preset},
     {"poses", kPath, kInOut, "FILE", "a path of a table of poses or a Stanford .conf file",
-     "the scans' own", "where the scans stand; see \"Poses\"", set_poses},
+     "the scans' own", "where the scans stand; see \"Poses\"", set_poses, /*flag_only=*/false,
+     /*in_folder=*/true},
     {"poses_tell", kText, kInOut, "WHAT", "placement or sensors", "placement",
      "whether poses place the scans, or only tell where the sensors stood", set_poses_tell},
     {"crs", kText, kInOut, "CRS", "EPSG:number or WKT", "the scans' own",

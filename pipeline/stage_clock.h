@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/build_report.h"
+#include "pipeline/memory_budget.h"
 #include "stages/context.h"
 
 namespace cairn::pipeline {
@@ -14,13 +15,19 @@ class StageClock : public stages::ProgressSink {
   explicit StageClock(stages::ProgressSink& shown) : shown_(shown), start_(Clock::now()) {}
 
   void begin(std::string_view stage, std::uint64_t total_points) override {
-    timings_.push_back({std::string(stage), total_points, 0});
+    timings_.push_back({.name = std::string(stage), .points = total_points});
     stage_start_ = Clock::now();
+    cpu_start_s_ = cpu_seconds();
+    restart_peak_memory();
     shown_.begin(stage, total_points);
   }
   void advance(std::uint64_t points) override { shown_.advance(points); }
   void end() override {
-    if (!timings_.empty()) timings_.back().seconds = seconds_since(stage_start_);
+    if (!timings_.empty()) {
+      timings_.back().seconds = seconds_since(stage_start_);
+      timings_.back().cpu_seconds = cpu_seconds() - cpu_start_s_;
+      timings_.back().peak_memory_bytes = peak_memory_bytes();
+    }
     shown_.end();
   }
 
@@ -38,6 +45,7 @@ class StageClock : public stages::ProgressSink {
   stages::ProgressSink& shown_;
   Clock::time_point start_;
   Clock::time_point stage_start_;
+  double cpu_start_s_ = 0;
   std::vector<StageTiming> timings_;
 };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
@@ -11,7 +12,10 @@
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/dataset_report.h"
+#include "pipeline/failure.h"
+#include "pipeline/human.h"
 #include "pipeline/settings.h"
+#include "stages/parallel.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -28,7 +32,8 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  cairn build scan.las -o scan.cairn\n"
     "  cairn build *.las -o site.cairn --preset archive --memory 8GiB --scratch /mnt/fast\n"
-    "  cairn build site.toml --fanout 4 --force";
+    "  cairn build site.toml --fanout 4 --force\n"
+    "  cairn build campaigns/*.toml               one after the other, with a summary";
 
 class BuildCommand : public Command {
  public:
@@ -36,47 +41,98 @@ class BuildCommand : public Command {
     parser_.footer(kFooter);
     for (const Setting& setting : build_settings())
       flags_.push_back(declare_flag(parser_, setting));
-    config_ = parser_.add_option("--config",
-                                 "configuration file; a .toml among the scans is taken as one too");
+    config_ = parser_.add_option(
+        "--config", "configuration file; each .toml among the scans is taken as one too");
     config_->group(std::string(build_settings().front().group))->option_text("FILE");
   }
 
   CLI::App& parser() override { return parser_; }
 
-  void run(const std::stop_token& stop) override {
+  int run(const std::stop_token& stop) override {
     SettingLayer flags = given_flags(flags_);
-    const auto config = take_config(flags);
+    const std::vector<std::filesystem::path> configs = take_configs(flags);
+    if (configs.size() > 1) return build_batch(configs, flags, stop);
+    print_results(
+        build_one(flags, configs.empty() ? std::nullopt : std::optional(configs.front()), stop)
+            .text);
+    return 0;
+  }
+
+ private:
+  struct Built {
+    std::string text;
+    std::filesystem::path output;
+    std::uint64_t points = 0;
+    std::uint64_t size_bytes = 0;
+    double elapsed_s = 0;
+  };
+
+  static Built build_one(const SettingLayer& flags,
+                         const std::optional<std::filesystem::path>& config,
+                         const std::stop_token& stop) {
     const BuildSettings settings = resolve_settings(flags, config);
     const BuildReport report = [&] {
       const auto progress = make_progress(settings.progress);
       return build(settings.options, *progress, stop);
     }();
     const auto dataset = formats::DatasetReader::open(settings.options.output);
-    print_results(dataset_text(dataset, settings.options.output) + "\n" +
-                  build_text(report, dataset.header().points));
+    const std::uint64_t points = dataset.header().points;
+    return {
+        .text = dataset_text(dataset, settings.options.output) + "\n" + build_text(report, points),
+        .output = settings.options.output,
+        .points = points,
+        .size_bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
+                      dataset.head().metadata_size_bytes,
+        .elapsed_s = report.elapsed_s};
   }
 
- private:
-  /// The configuration file: --config, or the one path among the scans that ends in .toml.
-  std::optional<std::filesystem::path> take_config(SettingLayer& flags) const {
-    std::optional<std::filesystem::path> config;
-    if (config_->count() > 0) config = config_->as<std::string>();
-    const auto scans = flags.find("scans");
-    if (scans == flags.end()) return config;
-    std::vector<std::string> rest;
-    for (const std::string& path : scans->second.values) {
-      if (!path.ends_with(".toml")) {
-        rest.push_back(path);
-        continue;
+  /// Builds one campaign after the other; one that fails does not keep the others from being built. Returns the
+  /// greatest exit code.
+  static int build_batch(const std::vector<std::filesystem::path>& configs,
+                         const SettingLayer& flags, const std::stop_token& stop) {
+    for (const char* key : {"scans", "output"})
+      if (flags.contains(key))
+        formats::throw_usage(fmt::format(
+            "{} configuration files are given: each must tell its own {}", configs.size(), key));
+    int worst = 0;
+    std::string summary = fmt::format("\n{:<10}  {:>15}  {:>10}  {:>9}  {}\n", "outcome", "points",
+                                      "size", "time", "campaign");
+    for (const std::filesystem::path& config : configs) {
+      try {
+        const Built built = build_one(flags, config, stop);
+        print_results(built.text + "\n");
+        summary +=
+            fmt::format("{:<10}  {:>15}  {:>10}  {:>9}  {} -> {}\n", "built",
+                        with_commas(built.points), human_bytes(built.size_bytes),
+                        human_duration(built.elapsed_s), config.string(), built.output.string());
+      } catch (const stages::Stopped&) {
+        throw;
+      } catch (...) {
+        const int code = report_failure(config.string());
+        worst = std::max(worst, code);
+        summary += fmt::format("{:<10}  {:>15}  {:>10}  {:>9}  {}\n",
+                               fmt::format("failed: {}", code), "", "", "", config.string());
       }
-      if (config)
-        formats::throw_usage("two configuration files are given: " + config->string() + " and " +
-                             path);
-      config = path;
     }
+    print_results(summary);
+    return worst;
+  }
+
+  /// The configuration files: those of --config, and the paths among the scans that end in .toml.
+  std::vector<std::filesystem::path> take_configs(SettingLayer& flags) const {
+    std::vector<std::filesystem::path> configs;
+    if (config_->count() > 0) configs.emplace_back(config_->as<std::string>());
+    const auto scans = flags.find("scans");
+    if (scans == flags.end()) return configs;
+    std::vector<std::string> rest;
+    for (const std::string& path : scans->second.values)
+      if (path.ends_with(".toml"))
+        configs.emplace_back(path);
+      else
+        rest.push_back(path);
     scans->second.values = std::move(rest);
     if (scans->second.values.empty()) flags.erase(scans);
-    return config;
+    return configs;
   }
 
   CLI::App& parser_;

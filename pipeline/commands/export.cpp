@@ -49,7 +49,7 @@ class ExportCommand : public Command {
 
   CLI::App& parser() override { return parser_; }
 
-  void run(const std::stop_token& stop) override {
+  int run(const std::stop_token& stop) override {
     const std::filesystem::path output = output_;
     require_free_place(output, force_);
     if (std::filesystem::is_directory(output)) formats::throw_usage(output_ + " is a folder");
@@ -71,6 +71,7 @@ class ExportCommand : public Command {
     writer->finish();
     print_results(fmt::format("{}: {} of level {}, {}\n", output_, count_of(written, "point"),
                               level, human_bytes(std::filesystem::file_size(output))));
+    return 0;
   }
 
  private:

@@ -33,15 +33,16 @@ class InfoCommand : public Command {
 
   CLI::App& parser() override { return parser_; }
 
-  void run(const std::stop_token&) override {
+  int run(const std::stop_token&) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
     if (json_) {
       print_results(dataset_json(dataset) + "\n");
-      return;
+      return 0;
     }
     print_results(dataset_text(dataset, dataset_));
     if (const auto run = read_run_record(dataset_))
       print_results("\n" + build_text(*run, dataset.header().points));
+    return 0;
   }
 
  private:

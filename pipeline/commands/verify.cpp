@@ -57,7 +57,7 @@ class VerifyCommand : public Command {
 
   CLI::App& parser() override { return parser_; }
 
-  void run(const std::stop_token& stop) override {
+  int run(const std::stop_token& stop) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
     const stages::Scans scans = open_against();
     const stages::VerifyReport report = [&] {
@@ -72,6 +72,7 @@ class VerifyCommand : public Command {
     print_results(json_ ? verify_json(report) : verify_text(report, dataset_));
     if (!report.held())
       throw formats::Error(formats::ErrorKind::kInvariant, {.what = broken_promises(report)});
+    return 0;
   }
 
  private:

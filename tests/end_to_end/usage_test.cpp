@@ -17,6 +17,7 @@ TEST_F(Usage, HelpAndVersionAreAnswers) {
                                              {"build", "--help"},
                                              {"info", "-h"},
                                              {"verify", "--help"},
+                                             {"report", "--help"},
                                              {"export", "--help"}}) {
     const Outcome outcome = cairn(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
@@ -146,6 +147,32 @@ TEST_F(Usage, AReaderOfResultsMayLeave) {
                             "; echo $? > " + (folder_ / "code").string() + ") | true";
   EXPECT_EQ(run_program("/bin/bash", {"-c", shell}).err, "");
   EXPECT_EQ(read_text(folder_ / "code"), "0\n");
+}
+
+TEST_F(Usage, SeveralCampaignsRunOneAfterAnotherAndTheWorstCodeIsReturned) {
+  write_tiny_ply(folder_ / "a.ply", 20);
+  write_text(folder_ / "one.toml", "scans = [\"a.ply\"]\noutput = \"one.cairn\"\n");
+  write_text(folder_ / "bad.toml", "scans = [\"bad.ply\"]\noutput = \"bad.cairn\"\n");
+  write_text(folder_ / "bad.ply", "ply\nnonsense\n");
+  write_text(folder_ / "three.toml", "scans = [\"a.ply\"]\noutput = \"three.cairn\"\n");
+  const Outcome outcome = cairn({"build", "--progress", "none", folder_ / "one.toml",
+                                 folder_ / "bad.toml", folder_ / "three.toml"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "one.cairn/index.bin"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "three.cairn/index.bin"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "bad.cairn"));
+  ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("bad.toml: "));
+  EXPECT_THAT(outcome.out, HasSubstr("failed: 3"));
+  EXPECT_EQ(cairn({"build", "--progress", "none", "--force", folder_ / "one.toml",
+                   folder_ / "three.toml"})
+                .exit_code,
+            0);
+}
+
+TEST_F(Usage, SeveralCampaignsTellTheirOwnOutputs) {
+  write_text(folder_ / "a.toml", "scans = [\"a.ply\"]\n");
+  expect_refusal(cairn({"build", folder_ / "a.toml", folder_ / "a.toml", "-o", output()}), 2);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace cairn::pipeline {
 namespace {
 
 BuildReport sample() {
-  return {.stages = {{"import", 1000, 0.5}, {"split", 1000, 0.25}},
+  return {.stages = {{"import", 1000, 0.5, 0.75, 4096}, {"split", 1000, 0.25, 0.5, 8192}},
           .elapsed_s = 1,
           .threads = 2,
           .memory_limit_bytes = 1 << 30,
@@ -30,6 +30,8 @@ TEST(RunRecord, ComesBackAsWritten) {
   ASSERT_EQ(record->stages.size(), 2U);
   EXPECT_EQ(record->stages[1].name, "split");
   EXPECT_EQ(record->stages[1].seconds, 0.25);
+  EXPECT_EQ(record->stages[1].cpu_seconds, 0.5);
+  EXPECT_EQ(record->stages[1].peak_memory_bytes, 8192U);
   EXPECT_EQ(record->threads, 2U);
   EXPECT_EQ(record->scans, 3U);
   EXPECT_EQ(record->peak_memory_bytes, 1U << 20);

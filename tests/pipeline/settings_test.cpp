@@ -113,6 +113,38 @@ TEST_F(Settings, FlagsAreNotRelativeToTheConfiguration) {
   EXPECT_EQ(resolve(kMinimum, flag("output", {"b.cairn"})).options.output, "b.cairn");
 }
 
+TEST_F(Settings, ScansAndPosesStartFromTheFolderThatIsGiven) {
+  const std::string text = std::string(kMinimum) + "poses = \"p.tsv\"\n";
+  EXPECT_EQ(resolve(text).options.campaign.poses, folder_ / "p.tsv");
+  const BuildOptions moved = resolve(text, flag("folder", {"/data"})).options;
+  EXPECT_THAT(moved.campaign.scans, ElementsAre("/data/a.las"));
+  EXPECT_EQ(moved.campaign.poses, "/data/p.tsv");
+  EXPECT_EQ(moved.output, folder_ / "a.cairn");
+  // In a file the folder itself starts from the file's.
+  EXPECT_THAT(resolve(text + "folder = \"scans\"\n").options.campaign.scans,
+              ElementsAre(folder_ / "scans/a.las"));
+}
+
+TEST_F(Settings, APatternStandsForTheFilesThatMatchInTheOrderOfTheirBytes) {
+  for (const char* name : {"b10.las", "b2.las", "B1.las", "c.las"}) folder_.write(name, "");
+  const std::string text = "output = \"a.cairn\"\nscans = [\"c.las\", \"[bB]*.las\"]\n";
+  EXPECT_THAT(
+      resolve(text).options.campaign.scans,
+      ElementsAre(folder_ / "c.las", folder_ / "B1.las", folder_ / "b10.las", folder_ / "b2.las"));
+  try {
+    resolve("output = \"a.cairn\"\nscans = [\"*.none\"]\n");
+    ADD_FAILURE() << "not refused";
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kUsage);
+    EXPECT_THAT(error.what(), HasSubstr("*.none"));
+  }
+}
+
+TEST_F(Settings, KeepAndDropTogetherAreRefused) {
+  EXPECT_THROW(resolve(std::string(kMinimum) + "keep = [\"color\"]\ndrop = [\"normal\"]\n"),
+               formats::Error);
+}
+
 TEST_F(Settings, SpellsColourBothWays) {
   EXPECT_THAT(resolve(kMinimum, flag("drop", {"colour"})).options.drop, ElementsAre("color"));
 }
@@ -199,7 +231,7 @@ TEST_F(Settings, SuggestsTheNearestKey) {
   EXPECT_THAT(refusal(std::string(kMinimum) + "[build]\nfanout = 4"),
               HasSubstr("unknown key 'build'"));
   EXPECT_THAT(refusal(std::string(kMinimum) + "zzzzzzzzzzzz = 4"),
-              HasSubstr("keys are scans, output, preset"));
+              HasSubstr("keys are scans, folder, output, preset"));
 }
 
 TEST_F(Settings, ForceIsAFlagOnly) {

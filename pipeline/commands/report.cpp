@@ -1,0 +1,55 @@
+// `cairn report`: how well a dataset came out, and what it cost.
+#include <CLI/CLI.hpp>
+
+#include "formats/dataset/dataset_reader.h"
+#include "pipeline/commands/command.h"
+#include "pipeline/commands/results.h"
+#include "pipeline/quality_report.h"
+#include "pipeline/run_record.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr const char* kAbout = "Report node sizes, errors, bytes, costs and losses of a dataset.";
+constexpr const char* kFooter =
+    "Node sizes show how uniform the nodes of each level are: variation is their standard\n"
+    "deviation over their mean. The ledger tells what became of every record of every scan.\n"
+    "\n"
+    "Examples:\n"
+    "  cairn report site.cairn\n"
+    "  cairn report site.cairn --json > site.json\n"
+    "  scripts/plot_report.py site.json -o site.png";
+
+class ReportCommand : public Command {
+ public:
+  explicit ReportCommand(CLI::App& program) : parser_(*program.add_subcommand("report", kAbout)) {
+    parser_.footer(kFooter);
+    parser_.add_option("dataset", dataset_, "the dataset, a folder")
+        ->option_text("NAME.cairn")
+        ->required();
+    parser_.add_flag("--json", json_, "as one JSON object");
+  }
+
+  CLI::App& parser() override { return parser_; }
+
+  int run(const std::stop_token&) override {
+    const auto dataset = formats::DatasetReader::open(dataset_);
+    const auto run = read_run_record(dataset_);
+    print_results(json_ ? quality_json(dataset, dataset_, run) + "\n"
+                        : quality_text(dataset, dataset_, run));
+    return 0;
+  }
+
+ private:
+  CLI::App& parser_;
+  std::string dataset_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_report_command(CLI::App& program) {
+  return std::make_unique<ReportCommand>(program);
+}
+
+}  // namespace cairn::pipeline

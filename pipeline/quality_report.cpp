@@ -1,0 +1,209 @@
+#include "pipeline/quality_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/dataset_report.h"
+#include "pipeline/human.h"
+#include "pipeline/level_statistics.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json spread_json(const Spread& spread) {
+  return {{"min", spread.min}, {"median", spread.median}, {"max", spread.max}};
+}
+
+Json sizes_json(const LevelStatistics& level) {
+  Json histogram = Json::array();
+  for (const SizeClass& size : level.sizes)
+    histogram.push_back({{"min", size.min}, {"max", size.max}, {"nodes", size.nodes}});
+  return {{"min", level.min_points},
+          {"mean", level.mean_points},
+          {"max", level.max_points},
+          {"variation", level.variation},
+          {"histogram", std::move(histogram)}};
+}
+
+Json bytes_json(const LevelStatistics& level, const std::vector<std::string>& names) {
+  Json sections = Json::object();
+  for (std::size_t s = 0; s < names.size(); ++s) sections[names[s]] = level.section_bytes[s];
+  return sections;
+}
+
+Json level_json(const LevelStatistics& level, const std::vector<std::string>& names) {
+  return {{"level", level.level},
+          {"nodes", level.nodes},
+          {"points", level.points},
+          {"node_points", sizes_json(level)},
+          {"theta", spread_json(level.theta)},
+          {"grid", spread_json(level.grid)},
+          {"rms", level.level_rms},
+          {"node_rms", spread_json(level.rms)},
+          {"node_bound", spread_json(level.bound)},
+          {"section_bytes", bytes_json(level, names)}};
+}
+
+Json run_json(const BuildReport& run) {
+  Json stages = Json::array();
+  for (const StageTiming& stage : run.stages)
+    stages.push_back({{"name", stage.name},
+                      {"points", stage.points},
+                      {"seconds", stage.seconds},
+                      {"cpu_seconds", stage.cpu_seconds},
+                      {"peak_memory_bytes", stage.peak_memory_bytes}});
+  return {{"elapsed_s", run.elapsed_s},
+          {"threads", run.threads},
+          {"memory_limit_bytes", run.memory_limit_bytes},
+          {"peak_memory_bytes", run.peak_memory_bytes},
+          {"input_bytes", run.input_bytes},
+          {"stages", std::move(stages)}};
+}
+
+Json report_json(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
+                 const std::optional<BuildReport>& run) {
+  const std::vector<std::string> names = section_names(dataset.header());
+  Json levels = Json::array();
+  for (const LevelStatistics& level : level_statistics(dataset))
+    levels.push_back(level_json(level, names));
+  const Json told = Json::parse(dataset_json(dataset));
+  return {{"dataset", folder.filename().string()},
+          {"points", told.at("points")},
+          {"read", told.at("read")},
+          {"dropped", told.at("dropped")},
+          {"missing", told.at("missing")},
+          {"tree", told.at("tree")},
+          {"parameters", told.at("parameters")},
+          {"levels", std::move(levels)},
+          {"sources", told.at("sources")},
+          {"run", run ? run_json(*run) : Json(nullptr)}};
+}
+
+std::string nodes_table(const std::vector<LevelStatistics>& levels) {
+  std::string text =
+      fmt::format("\nNode sizes\n  {:>5}  {:>9}  {:>10}  {:>12}  {:>10}  {:>9}  {}\n", "level",
+                  "nodes", "least", "mean", "most", "variation", "sizes");
+  for (const LevelStatistics& level : levels) {
+    std::string sizes;
+    constexpr std::size_t kShown = 3;
+    for (std::size_t i = 0; i < level.sizes.size() && i < kShown; ++i)
+      sizes += fmt::format("{}{} of {}", i == 0 ? "" : ", ", with_commas(level.sizes[i].nodes),
+                           with_commas(level.sizes[i].min));
+    if (level.sizes.size() > kShown) sizes += ", ...";
+    text += fmt::format("  {:>5}  {:>9}  {:>10}  {:>12}  {:>10}  {:>9}  {}\n", level.level,
+                        with_commas(level.nodes), with_commas(level.min_points),
+                        fmt::format("{:.1f}", level.mean_points), with_commas(level.max_points),
+                        significant(level.variation, 2), sizes);
+  }
+  return text;
+}
+
+std::string spread_text(const Spread& spread) {
+  if (spread.min == spread.max) return significant(spread.max, 4);
+  return fmt::format("{} / {} / {}", significant(spread.min, 4), significant(spread.median, 4),
+                     significant(spread.max, 4));
+}
+
+std::string errors_table(const std::vector<LevelStatistics>& levels) {
+  std::string text = fmt::format(
+      "\nErrors and merging (of nodes: least / median / most)\n"
+      "  {:>5}  {:>10}  {:>30}  {:>30}  {:>18}  {:>16}\n",
+      "level", "rms", "rms of a node", "bound of a node", "theta, degrees", "grid");
+  for (const LevelStatistics& level : levels)
+    text +=
+        fmt::format("  {:>5}  {:>10}  {:>30}  {:>30}  {:>18}  {:>16}\n", level.level,
+                    significant(level.level_rms, 4), spread_text(level.rms),
+                    spread_text(level.bound), spread_text(level.theta), spread_text(level.grid));
+  return text;
+}
+
+std::string bytes_table(const std::vector<LevelStatistics>& levels,
+                        const std::vector<std::string>& names) {
+  std::string text = fmt::format("\nBytes a stored point\n  {:<20}  {:>12}", "section", "size");
+  for (const LevelStatistics& level : levels)
+    text += fmt::format("  {:>7}", "level " + std::to_string(level.level));
+  text += "\n";
+  for (std::size_t s = 0; s < names.size(); ++s) {
+    std::uint64_t total = 0;
+    std::string row;
+    for (const LevelStatistics& level : levels) {
+      total += level.section_bytes[s];
+      row += fmt::format("  {:>7.3f}", static_cast<double>(level.section_bytes[s]) /
+                                           static_cast<double>(level.points));
+    }
+    text += fmt::format("  {:<20}  {:>12}{}\n", names[s], human_bytes(total), row);
+  }
+  return text;
+}
+
+std::string box_text(const Json& bounds) {
+  if (!bounds.is_object()) return "nothing kept";
+  const auto corner = [](const Json& p) {
+    return fmt::format("({:.3f}, {:.3f}, {:.3f})", p[0].get<double>(), p[1].get<double>(),
+                       p[2].get<double>());
+  };
+  return corner(bounds.at("min")) + " to " + corner(bounds.at("max"));
+}
+
+std::string ledger_table(const Json& report) {
+  std::string text = fmt::format(
+      "\nLedger: what became of the scans' records\n"
+      "  {:>14}  {:>14}  {:>14}  {:>11}  {:>10}  {:>10}  {}\n",
+      "claimed", "read", "kept", "not finite", "no return", "missing", "scan");
+  for (const Json& source : report.at("sources")) {
+    const auto number = [&](const char* key) { return source.at(key).get<std::uint64_t>(); };
+    const auto dropped = [&](const char* key) {
+      return source.at("dropped").at(key).get<std::uint64_t>();
+    };
+    const std::uint64_t read = number("kept") + dropped("non_finite") + dropped("no_return");
+    text +=
+        fmt::format("  {:>14}  {:>14}  {:>14}  {:>11}  {:>10}  {:>10}  {} ({})\n",
+                    with_commas(number("claimed")), with_commas(read), with_commas(number("kept")),
+                    with_commas(dropped("non_finite")), with_commas(dropped("no_return")),
+                    with_commas(number("missing")), printable(source.at("name").get<std::string>()),
+                    printable(source.at("format").get<std::string>()));
+    text +=
+        fmt::format("      {}; {}\n", box_text(source.at("bounds")),
+                    source.at("crs").empty() ? "no coordinate system" : "with a coordinate system");
+  }
+  return text;
+}
+
+std::string run_table(const BuildReport& run) {
+  std::string text = fmt::format("\nCost of the build\n  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n",
+                                 "stage", "points", "time", "CPU", "peak memory");
+  for (const StageTiming& stage : run.stages)
+    text += fmt::format("  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n", stage.name,
+                        with_commas(stage.points), human_duration(stage.seconds),
+                        human_duration(stage.cpu_seconds), human_bytes(stage.peak_memory_bytes));
+  return text + fmt::format("  {} in all, {}, {} of memory at the peak\n",
+                            human_duration(run.elapsed_s), count_of(run.threads, "thread"),
+                            human_bytes(run.peak_memory_bytes));
+}
+
+}  // namespace
+
+std::string quality_text(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
+                         const std::optional<BuildReport>& run) {
+  const std::vector<LevelStatistics> levels = level_statistics(dataset);
+  const Json report = report_json(dataset, folder, run);
+  std::string text =
+      fmt::format("{}\n  {} points of {} read: {} dropped, {} missing\n",
+                  printable(folder.string()), with_commas(report.at("points").get<std::uint64_t>()),
+                  with_commas(report.at("read").get<std::uint64_t>()),
+                  with_commas(report.at("dropped").get<std::uint64_t>()),
+                  with_commas(report.at("missing").get<std::uint64_t>()));
+  text += nodes_table(levels) + errors_table(levels) +
+          bytes_table(levels, section_names(dataset.header())) + ledger_table(report);
+  return run ? text + run_table(*run) : text;
+}
+
+std::string quality_json(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
+                         const std::optional<BuildReport>& run) {
+  return report_json(dataset, folder, run).dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace cairn::pipeline

@@ -1,0 +1,78 @@
+// The report agrees with what info tells, with what the scans are known to hold, and with the files' sizes.
+#include "tests/end_to_end/program_test.h"
+#include "tests/support/tiny_scans.h"
+
+namespace cairn::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+class Report : public ProgramTest {
+ protected:
+  Json report() { return Json::parse(cairn({"report", output(), "--json"}).out); }
+};
+
+TEST_F(Report, AgreesWithInfoAndWithTheFiles) {
+  ASSERT_EQ(build({write_wavy_las(folder_ / "a.las", 5000), "--node-points", "300"}).exit_code, 0);
+  const Json told = info(), report = this->report();
+  EXPECT_EQ(report["points"], told["points"]);
+  EXPECT_EQ(report["tree"], told["tree"]);
+  ASSERT_EQ(report["levels"].size(), told["levels"].size());
+  std::uint64_t bytes = 0;
+  for (std::size_t l = 0; l < report["levels"].size(); ++l) {
+    const Json& level = report["levels"][l];
+    EXPECT_EQ(level["rms"], told["levels"][l]["rms"]);
+    EXPECT_EQ(level["node_bound"]["max"], told["levels"][l]["bound"]);
+    std::uint64_t nodes = 0, points = 0;
+    for (const Json& size : level["node_points"]["histogram"]) {
+      nodes += size["nodes"].get<std::uint64_t>();
+      points += size["nodes"].get<std::uint64_t>() * size["min"].get<std::uint64_t>();
+    }
+    EXPECT_EQ(level["nodes"], nodes);
+    EXPECT_EQ(level["points"], points);
+    for (const auto& [name, size] : level["section_bytes"].items())
+      bytes += size.get<std::uint64_t>();
+  }
+  EXPECT_EQ(bytes, fs::file_size(fs::path(output()) / "nodes.bin"));
+  // 5000 points: levels by log(5000 / 300) / log N rounded; leaves differ by at most one.
+  const Json& leaves = report["levels"].back()["node_points"];
+  EXPECT_LE(leaves["max"].get<int>() - leaves["min"].get<int>(), 1);
+  EXPECT_EQ(report["levels"].back()["points"], 5000);
+}
+
+TEST_F(Report, TheLedgerAddsUpForEveryScan) {
+  const std::string cut = write_wavy_las(folder_ / "cut.las", 1000);
+  fs::resize_file(cut, 227 + 20 * 600 + 7);
+  write_text(folder_ / "nan.ply",
+             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+             "property float z\nend_header\n0 0 0\nnan 0 0\n1 1 1\n");
+  ASSERT_EQ(build({cut, folder_ / "nan.ply", "--allow-truncated", "--resolution", "1"}).exit_code,
+            0);
+  const Json sources = report()["sources"];
+  ASSERT_EQ(sources.size(), 2U);
+  EXPECT_EQ(sources[0]["claimed"], 1000);
+  EXPECT_EQ(sources[0]["kept"], 600);
+  EXPECT_EQ(sources[0]["missing"], 400);
+  EXPECT_EQ(sources[1]["kept"], 2);
+  EXPECT_EQ(sources[1]["dropped"]["non_finite"], 1);
+  const std::string text = cairn({"report", output()}).out;
+  EXPECT_THAT(text, HasSubstr("nan.ply (PLY ascii)"));
+}
+
+TEST_F(Report, TellsTheCostOfEveryStage) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  const Json run = report()["run"];
+  ASSERT_EQ(run["stages"].size(), 4U);
+  for (const Json& stage : run["stages"]) {
+    EXPECT_GE(stage["cpu_seconds"].get<double>(), 0) << stage;
+    EXPECT_GT(stage["peak_memory_bytes"].get<double>(), 0) << stage;
+    EXPECT_LE(stage["peak_memory_bytes"], run["peak_memory_bytes"]) << stage;
+  }
+  fs::remove(fs::path(output()) / "run.json");
+  EXPECT_TRUE(report()["run"].is_null());
+}
+
+}  // namespace
+}  // namespace cairn::test
