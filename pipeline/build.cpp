@@ -12,6 +12,7 @@
 #include "formats/output_file.h"
 #include "formats/scans/crs.h"
 #include "pipeline/campaign.h"
+#include "pipeline/human.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/run_record.h"
 #include "pipeline/stage_clock.h"
@@ -44,6 +45,19 @@ void require_disk(const Workspace& workspace, const stages::Scans& scans,
   const std::uint64_t records = size.points * size.record_bytes;
   const std::uint64_t packed = records + records / 2 + (std::uint64_t{1} << 20);
   workspace.require_free(std::max(size.import_bytes + records, 2 * records) + packed, packed);
+}
+
+/// A node that does not fit the memory is refused before its points are sorted into it.
+void require_memory(const Tree& tree, const stages::ImportedPoints& imported,
+                    std::uint64_t memory_bytes) {
+  constexpr std::uint64_t kProgramBytes = std::uint64_t{16} << 20;
+  const std::size_t stride = imported.stride - imported.native_position_bytes + 12;
+  const std::uint64_t needed = stages::cluster_worker_bytes(tree, stride) + kProgramBytes;
+  if (needed <= memory_bytes) return;
+  formats::throw_usage(
+      fmt::format("nodes of {} points need {} of memory, of which {} may be used; "
+                  "lower node_points or raise memory",
+                  tree.node_points(), human_bytes(needed), human_bytes(memory_bytes)));
 }
 
 DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoints& imported,
@@ -155,6 +169,7 @@ class Build {
 
     stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
     const Tree tree = choose_tree(options_, imported.points);
+    require_memory(tree, imported, context_.memory_bytes);
     const DatasetHeader header = make_header(options_, imported, tree);
     const formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
 

@@ -34,6 +34,12 @@ std::array<std::int64_t, 3> addend_of(const DatasetReader& dataset) {
   return {0, 0, 0};
 }
 
+std::string weight_name(const formats::Schema& input) {
+  std::string name(kWeightAttribute);
+  while (formats::find_attribute(input, name)) name += '_';
+  return name;
+}
+
 formats::Schema schema_of(const formats::DatasetHeader& header, bool leaf) {
   using formats::ReduceRule;
   using formats::ScalarType;
@@ -42,8 +48,7 @@ formats::Schema schema_of(const formats::DatasetHeader& header, bool leaf) {
     if (leaf || attribute.rule != ReduceRule::kNone) schema.push_back(attribute);
   if (!leaf || header.radius_from_input)
     schema.push_back({std::string(kRadius), ScalarType::kF32, 1, ReduceRule::kCoverRadius});
-  if (!leaf && !formats::find_attribute(schema, kWeightAttribute))
-    schema.push_back({std::string(kWeightAttribute), ScalarType::kU64, 1, ReduceRule::kNone});
+  if (!leaf) schema.push_back({weight_name(header.schema), ScalarType::kU64, 1, ReduceRule::kNone});
   return schema;
 }
 
@@ -80,7 +85,7 @@ class BlockFiller {
         block_.world[i] = header_.grid.world(p);
     }
   }
-  /// The input's attributes come first: one of them may be called weight.
+  /// What is neither an attribute of the input nor the radius is the weight.
   std::span<const std::byte> column_of(const NodeData& points, std::string_view name) const {
     if (const auto i = formats::find_attribute(header_.schema, name)) return points.attributes[*i];
     return name == kRadius ? std::as_bytes(std::span(points.radius))

@@ -9,7 +9,8 @@
 
 namespace cairn::stages {
 
-/// Name of the attribute by which inner levels tell how many input points a point stands for.
+/// Name of the attribute by which inner levels tell how many input points a point stands for; with as
+/// many underscores behind it as make it unlike all attributes of the input.
 inline constexpr std::string_view kWeightAttribute = "weight";
 
 /// How a level is told as a scan: schema, encoding and coordinate system.

@@ -24,12 +24,15 @@ unsigned workers_within(const Context& context, std::uint64_t worker_bytes) {
 
 void for_each_piece(std::uint64_t count, const std::function<void(std::uint64_t)>& piece) {
   if (count == 1) return piece(0);
+  tbb::task_group_context context;
   tbb::parallel_for(
       tbb::blocked_range<std::uint64_t>(0, count, 1),
       [&](const auto& range) {
         for (std::uint64_t i = range.begin(); i != range.end(); ++i) piece(i);
       },
-      tbb::simple_partitioner{});
+      tbb::simple_partitioner{}, context);
+  // A loop around this one that fails cancels this one too, which then returns without an exception.
+  if (context.is_group_execution_cancelled()) throw Stopped{};
 }
 
 }  // namespace cairn::stages

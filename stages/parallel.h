@@ -24,7 +24,9 @@ void run_in_arena(unsigned workers, const std::function<void()>& work);
 /// the memory has room for, at least one.
 unsigned workers_within(const Context& context, std::uint64_t worker_bytes);
 
-/// Calls piece(0) ... piece(count - 1), in any order and side by side. Rethrows the first error.
+/// Calls piece(0) ... piece(count - 1), in any order and side by side. Rethrows the first error. Returns
+/// only if every piece was done: a loop that an error elsewhere cut short throws Stopped, so that nobody
+/// goes on with pieces missing; the loop around both rethrows the error.
 void for_each_piece(std::uint64_t count, const std::function<void(std::uint64_t)>& piece);
 
 }  // namespace cairn::stages

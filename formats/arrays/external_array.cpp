@@ -11,26 +11,6 @@
 #include "formats/error.h"
 
 namespace cairn::formats {
-namespace {
-
-/// The whole pages inside a byte range.
-struct PageRange {
-  std::uint64_t offset;
-  std::uint64_t size_bytes;
-};
-
-PageRange whole_pages(std::uint64_t offset, std::uint64_t size_bytes, std::uint64_t array_size) {
-  CAIRN_CHECK(offset <= array_size && size_bytes <= array_size - offset);
-  static const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  const std::uint64_t end = offset + size_bytes;
-  const std::uint64_t first = (offset + page - 1) / page * page;
-  // The last page of the file belongs to the array alone.
-  const std::uint64_t last = end == array_size ? end : end / page * page;
-  return {first, last > first ? last - first : 0};
-}
-
-}  // namespace
-
 ExternalArray::ExternalArray(std::filesystem::path path, std::uint64_t size_bytes)
     : path_(std::move(path)), size_bytes_(size_bytes) {
   descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -79,23 +59,13 @@ void ExternalArray::close() noexcept {
   descriptor_ = -1;
 }
 
-void ExternalArray::advise(Access access) {
-  if (data_ != nullptr)
-    ::madvise(data_, size_bytes_, access == Access::kSequential ? MADV_SEQUENTIAL : MADV_RANDOM);
-}
-
 void ExternalArray::release(std::uint64_t offset, std::uint64_t size_bytes) {
-  const PageRange pages = whole_pages(offset, size_bytes, size_bytes_);
+  CAIRN_CHECK(offset <= size_bytes_ && size_bytes <= size_bytes_ - offset);
+  if (size_bytes == 0) return;
+  static const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  const std::uint64_t first = offset / page * page;
   // On a shared file mapping this drops page table entries only; dirty pages stay in the page cache.
-  if (pages.size_bytes > 0) ::madvise(data_ + pages.offset, pages.size_bytes, MADV_DONTNEED);
-}
-
-void ExternalArray::discard(std::uint64_t offset, std::uint64_t size_bytes) {
-  const PageRange pages = whole_pages(offset, size_bytes, size_bytes_);
-  // Best effort: a file system without holes keeps the space until the array goes.
-  if (pages.size_bytes > 0)
-    ::fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
-                static_cast<off_t>(pages.offset), static_cast<off_t>(pages.size_bytes));
+  ::madvise(data_ + first, offset + size_bytes - first, MADV_DONTNEED);
 }
 
 }  // namespace cairn::formats

@@ -11,9 +11,6 @@
 
 namespace cairn::formats {
 
-/// How an array is about to be walked through; a hint to the kernel.
-enum class Access { kSequential, kRandom };
-
 class ExternalArray {
  public:
   ExternalArray() = default;
@@ -31,11 +28,9 @@ class ExternalArray {
     return {data_, static_cast<std::size_t>(size_bytes_)};
   }
 
-  void advise(Access access);
-  /// Gives the pages that lie wholly in a range back to the kernel: resident memory shrinks, contents stay.
+  /// Gives all pages that a range touches back to the kernel: resident memory shrinks, contents stay, also
+  /// of what else lies in these pages and of what other threads write there meanwhile.
   void release(std::uint64_t offset, std::uint64_t size_bytes);
-  /// Gives the disk space of a range back; its contents then read as zeros.
-  void discard(std::uint64_t offset, std::uint64_t size_bytes);
 
  private:
   void close() noexcept;

@@ -196,21 +196,19 @@ class TreeClusterer {
   Context& context_;
 };
 
-/// Memory that one worker may hold, by measurement rounded up: its node, and the shares that wait on the
-/// path to the root.
-std::uint64_t worker_bytes(const ClusterInput& input) {
-  const Tree tree = input.header.tree();
-  const std::uint64_t node_bytes = tree.node_points() * (2 * input.stride + 220);
-  const std::uint64_t share_bytes = tree.node_points() * (input.stride + 110);
+}  // namespace
+
+std::uint64_t cluster_worker_bytes(const Tree& tree, std::size_t stride) {
+  const std::uint64_t node_bytes = tree.node_points() * (2 * stride + 220);
+  const std::uint64_t share_bytes = tree.node_points() * (stride + 110);
   return node_bytes + share_bytes * std::max<Level>(1, tree.leaf_level());
 }
-
-}  // namespace
 
 void cluster(const ClusterInput& input, NodeSink& sink, Context& context) {
   context.progress->begin("cluster", input.header.points);
   // Each worker holds a path of the tree; where memory is short fewer work at a time.
-  run_in_arena(workers_within(context, worker_bytes(input)),
+  const std::uint64_t worker_bytes = cluster_worker_bytes(input.header.tree(), input.stride);
+  run_in_arena(workers_within(context, worker_bytes),
                [&] { TreeClusterer(input, sink, context).visit(0, 0); });
   context.progress->end();
 }

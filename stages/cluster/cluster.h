@@ -24,6 +24,10 @@ struct ClusterInput {
   std::optional<std::uint32_t> grid;  ///< K as in ClusterOptions
 };
 
+/// Memory that one worker may hold, by measurement rounded up: its node, and the shares that wait on the
+/// path to the root. `stride` as in ClusterInput.
+std::uint64_t cluster_worker_bytes(const formats::Tree& tree, std::size_t stride);
+
 /// Clusters the whole tree and hands every node to `sink`.
 void cluster(const ClusterInput& input, NodeSink& sink, Context& context);
 

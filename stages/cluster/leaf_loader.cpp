@@ -96,8 +96,6 @@ WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std:
     leaf.data.radius.resize(count);
     gather(records.data() + layout.stride, stride, count, 4,
            reinterpret_cast<std::byte*>(leaf.data.radius.data()));
-    for (float& radius : leaf.data.radius)
-      if (!(radius >= 0) || !std::isfinite(radius)) radius = 0;
   }
   for (const formats::GridPoint& p : leaf.data.position) leaf.box.add(p);
   leaf.weight = count;

@@ -15,9 +15,14 @@ constexpr std::int32_t kIndexMask = kMaxListLength - 1;
 constexpr std::int32_t kBlocked = INT32_MAX;
 static_assert(std::has_single_bit(kMaxListLength));
 
+/// Degrees by which theta grows at least, so that a factor close to 1 ends too.
+constexpr float kLeastRelaxation = 1;
+
 using Keys = std::array<std::int32_t, kMaxListLength>;
 
-/// For cluster i the cheapest partner within the threshold, as a key, or kBlocked.
+/// For cluster i the cheapest partner within the threshold, as a key, or kBlocked. Costs and the
+/// threshold are the same seen from both clusters of a pair, bit by bit: otherwise partners could form a
+/// ring in which no two choose each other.
 std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_cosine) {
   const float x = list.x[i], y = list.y[i], z = list.z[i], w = list.weight[i];
   const float nx = list.nx[i], ny = list.ny[i], nz = list.nz[i];
@@ -26,7 +31,7 @@ std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const float dx = list.x[j] - x, dy = list.y[j] - y, dz = list.z[j] - z;
     const float cost =
-        (dx * dx + dy * dy + dz * dz) * (w * (list.weight[j] / (w + list.weight[j])));
+        (dx * dx + dy * dy + dz * dz) * ((w * list.weight[j]) / (w + list.weight[j]));
     const float dot = list.nx[j] * nx + list.ny[j] * ny + list.nz[j] * nz;
     const float other = list.nx[j] * list.nx[j] + list.ny[j] * list.ny[j] + list.nz[j] * list.nz[j];
     // A missing normal makes both sides zero.
@@ -86,17 +91,35 @@ void remove_marked(MergeList& list, const std::array<bool, kMaxListLength>& remo
   list.count = kept;
 }
 
-/// Pairs that are each other's cheapest partner, as keys of (cost, first), ascending.
+std::uint32_t index_in(std::int32_t key) { return static_cast<std::uint32_t>(key & kIndexMask); }
+
+/// The first pair of all: the cheapest, then the one of the smallest indices. Its smaller index, with the
+/// greater as its partner; requires that some cluster has a partner.
+std::uint32_t first_pair(const MergeList& list, Keys& partner) {
+  const auto best = static_cast<std::uint32_t>(
+      std::min_element(partner.begin(), partner.begin() + list.count) - partner.begin());
+  const std::uint32_t other = index_in(partner[best]);
+  if (best < other) return best;
+  partner[other] = (partner[best] & ~kIndexMask) | static_cast<std::int32_t>(best);
+  return other;
+}
+
+/// Pairs that are each other's cheapest partner, as keys of (cost, first), ascending: at least one, unless
+/// all are blocked.
 std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& partner,
                                Keys& pairs) {
   for (std::uint32_t i = 0; i < list.count; ++i) partner[i] = cheapest_partner(list, i, min_cosine);
   std::uint32_t found = 0;
+  bool blocked = true;
   for (std::uint32_t i = 0; i < list.count; ++i) {
     if (partner[i] == kBlocked) continue;
-    const auto j = static_cast<std::uint32_t>(partner[i] & kIndexMask);
-    if (j > i && partner[j] != kBlocked && static_cast<std::uint32_t>(partner[j] & kIndexMask) == i)
+    blocked = false;
+    const std::uint32_t j = index_in(partner[i]);
+    if (j > i && partner[j] != kBlocked && index_in(partner[j]) == i)
       pairs[found++] = (partner[i] & ~kIndexMask) | static_cast<std::int32_t>(i);
   }
+  // Cannot happen while both sides see one cost; progress must not hang on how a compiler rounds.
+  if (found == 0 && !blocked) pairs[found++] = static_cast<std::int32_t>(first_pair(list, partner));
   std::sort(pairs.begin(), pairs.begin() + found);
   return found;
 }
@@ -111,16 +134,15 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
   while (list.count > target) {
     const std::uint32_t found = reciprocal_pairs(list, min_cosine, partner, pairs);
     if (found == 0) {
-      outcome.theta_degrees =
-          std::min(180.0F, std::max(1.0F, outcome.theta_degrees * theta.relaxation));
+      outcome.theta_degrees = std::min(180.0F, std::max(outcome.theta_degrees * theta.relaxation,
+                                                        outcome.theta_degrees + kLeastRelaxation));
       min_cosine = cosine_of_limit(outcome.theta_degrees);
       continue;
     }
     const std::uint32_t merging = std::min(found, list.count - target);
     std::array<bool, kMaxListLength> removed{};
     for (std::uint32_t k = 0; k < merging; ++k) {
-      const auto a = static_cast<std::uint32_t>(pairs[k] & kIndexMask);
-      const auto b = static_cast<std::uint32_t>(partner[a] & kIndexMask);
+      const std::uint32_t a = index_in(pairs[k]), b = index_in(partner[a]);
       merge_into(list, a, b);
       removed[b] = true;
       outcome.merges[outcome.count++] = {list.id[a], list.id[b]};

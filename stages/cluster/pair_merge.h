@@ -23,8 +23,8 @@ struct alignas(32) MergeList {
 };
 
 struct ThetaRule {
-  float start_degrees = 15;
-  float relaxation = 1.5F;
+  float start_degrees = 15;  ///< 0 to 180
+  float relaxation = 1.5F;   ///< factor, but by one degree at least
 };
 
 /// Cluster `loser` became part of cluster `winner`.

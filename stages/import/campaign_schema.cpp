@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <set>
+#include <string_view>
 
 #include "formats/bytes.h"
 #include "formats/error.h"
@@ -76,25 +79,53 @@ void merge_into(Schema& schema, const Attribute& attribute, const formats::ScanI
   merged.type = common_type(merged.type, attribute.type);
 }
 
+bool contains(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void require_present(const std::set<std::string, std::less<>>& present,
+                     const std::vector<std::string>& names, std::string_view verb) {
+  for (const std::string& name : names)
+    if (!present.contains(name))
+      formats::throw_usage("cannot " + std::string(verb) + " attribute '" + name +
+                           "': no scan has it");
+}
+
+std::string described(const Attribute& attribute) {
+  return std::string(formats::name_of(attribute.type)) + " x " +
+         std::to_string(attribute.components);
+}
+
+void require_fits(const formats::ScanInfo& scan, const Attribute& from, const Attribute& to) {
+  if (from.components == to.components && common_type(from.type, to.type) == to.type) return;
+  formats::throw_input({.what = "attribute '" + from.name + "' of the scan does not fit",
+                        .path = scan.path,
+                        .found = described(from),
+                        .expected = described(to) + ", or a narrower type"});
+}
+
+void clear_radii_that_are_none(std::byte* radius, std::size_t count, std::size_t stride) {
+  for (std::size_t i = 0; i < count; ++i, radius += stride) {
+    const auto value = formats::load_le<float>(radius);
+    if (!(value >= 0) || !std::isfinite(value)) formats::store_le(radius, 0.0F);
+  }
+}
+
 }  // namespace
 
 Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
                      const std::vector<std::string>& drop, const std::vector<std::string>& keep) {
   Schema schema;
+  std::set<std::string, std::less<>> present;
   for (const formats::ScanInfo* scan : scans)
-    for (const Attribute& attribute : scan->schema) merge_into(schema, attribute, *scan);
-  for (const std::string& name : drop) {
-    const auto found = formats::find_attribute(schema, name);
-    if (!found) formats::throw_usage("cannot drop attribute '" + name + "': no scan has it");
-    schema.erase(schema.begin() + static_cast<std::ptrdiff_t>(*found));
-  }
-  for (const std::string& name : keep)
-    if (!formats::find_attribute(schema, name))
-      formats::throw_usage("cannot keep attribute '" + name + "': no scan has it");
-  if (!keep.empty())
-    std::erase_if(schema, [&](const Attribute& attribute) {
-      return std::find(keep.begin(), keep.end(), attribute.name) == keep.end();
-    });
+    for (const Attribute& attribute : scan->schema) {
+      present.insert(attribute.name);
+      // What is left out need not agree.
+      if (!contains(drop, attribute.name) && (keep.empty() || contains(keep, attribute.name)))
+        merge_into(schema, attribute, *scan);
+    }
+  require_present(present, drop, "drop");
+  require_present(present, keep, "keep");
   if (const auto radius = formats::find_attribute(schema, formats::attribute_name::kRadius))
     std::rotate(schema.begin() + static_cast<std::ptrdiff_t>(*radius),
                 schema.begin() + static_cast<std::ptrdiff_t>(*radius) + 1, schema.end());
@@ -108,6 +139,7 @@ RecordConverter::RecordConverter(const formats::ScanInfo& scan, const Schema& ca
     const auto source = formats::find_attribute(scan.schema, campaign[i].name);
     if (!source) continue;
     const Attribute& from = scan.schema[*source];
+    require_fits(scan, from, campaign[i]);
     const bool widen = campaign[i].name == formats::attribute_name::kColor &&
                        from.type == ScalarType::kU8 && campaign[i].type == ScalarType::kU16;
     columns_.push_back({*source, layout.offsets[i], from, campaign[i], widen ? 257.0 : 1.0});
@@ -136,7 +168,11 @@ std::size_t RecordConverter::convert(const formats::PointBlock& block, std::byte
     }
     record += layout_.stride;
   }
-  for (const Column& column : columns_) copy_column(column, block, kept, out);
+  for (const Column& column : columns_) {
+    copy_column(column, block, kept, out);
+    if (column.to.name == formats::attribute_name::kRadius)
+      clear_radii_that_are_none(out + column.offset, kept.size(), layout_.stride);
+  }
   return kept.size();
 }
 

@@ -13,18 +13,21 @@
 namespace cairn::stages {
 
 /// The union of the scans' attributes in order of first appearance, the radius last, those named in
-/// `drop` left out and, if `keep` is not empty, all others than those named there. Where types differ the narrowest type that holds both is taken (8-bit colours are
-/// widened by 257). A scan without an attribute has zeros there. Throws Error (kInput) where an
-/// attribute's component counts differ, and Error (kUsage) if `drop` or `keep` names an attribute no scan has.
+/// `drop` left out and, if `keep` is not empty, all others than those named there. Where types differ the
+/// narrowest type that holds both is taken (8-bit colours are widened by 257). A scan without an attribute
+/// has zeros there. Throws Error (kInput) where the component counts of an attribute that stays differ, and
+/// Error (kUsage) if `drop` or `keep` names an attribute no scan has.
 formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
                               const std::vector<std::string>& drop,
                               const std::vector<std::string>& keep = {});
 
 /// Writes blocks of one scan as records of the campaign's layout: position in the scan's own encoding,
-/// then the attributes. Stateless; used by several threads.
+/// then the attributes. Radii that are none (negative, infinite, no numbers) become 0. Stateless; used by
+/// several threads.
 class RecordConverter {
  public:
-  /// `layout` must outlive the converter.
+  /// `layout` must outlive the converter. Throws Error (kInput), naming scan and attribute, where the
+  /// scan's attribute has other components than the campaign's or values that its type cannot hold.
   RecordConverter(const formats::ScanInfo& scan, const formats::Schema& campaign,
                   const formats::RecordLayout& layout);
 

@@ -130,6 +130,33 @@ void require_resolution(std::span<const ScanExtent> scans, const Grid& grid,
   }
 }
 
+/// Where the squares of distances leave the range of a double: sums of 2^48 squares of three coordinates,
+/// each twice this, stay below its largest number, and the square of a step, 2^-30 of this least extent,
+/// stays above its least normal one.
+constexpr double kFarthest = 1e140;
+constexpr double kLeastExtent = 1e-140;
+
+void require_range(std::span<const ScanExtent> scans) {
+  for (const ScanExtent& extent : scans) {
+    const ScanBox box = world_box({&extent, 1});
+    for (std::size_t axis = 0; !box.empty() && axis < 3; ++axis)
+      if (!(std::max(std::fabs(box.min[axis]), std::fabs(box.max[axis])) <= kFarthest))
+        formats::throw_input(
+            {.what = "coordinates too large for distances in doubles",
+             .path = extent.scan->path,
+             .found = fmt::format("from {} to {} on axis {}", box.min[axis], box.max[axis], axis),
+             .expected = fmt::format("at most {}", kFarthest)});
+  }
+  const ScanBox box = world_box(scans);
+  double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    longest = std::max(longest, box.max[axis] - box.min[axis]);
+  if (longest > 0 && longest < kLeastExtent)
+    formats::throw_input({.what = "the campaign's extent is too small for distances in doubles",
+                          .found = fmt::format("{}", longest),
+                          .expected = fmt::format("0, or at least {}", kLeastExtent)});
+}
+
 }  // namespace
 
 void ScanBox::add(const std::array<double, 3>& p) {
@@ -150,15 +177,10 @@ void ScanBox::add(const ScanBox& other) {
 }
 
 Grid choose_grid(std::span<const ScanExtent> scans, std::optional<double> accepted_resolution) {
+  require_range(scans);
   if (const auto grid = common_scale_grid(scans)) return *grid;
   const ScanBox box = world_box(scans);
   CAIRN_CHECK(!box.empty());
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!std::isfinite(box.max[axis] - box.min[axis]))
-      formats::throw_input(
-          {.what = fmt::format(
-               "the campaign's extent from {} to {} on axis {} is beyond what a double can tell",
-               box.min[axis], box.max[axis], axis)});
   const Grid grid = power_of_two_grid(box);
   require_resolution(scans, grid, accepted_resolution);
   return grid;

@@ -34,7 +34,8 @@ struct ScanExtent {
 /// otherwise the step is the smallest power of two by which the extent fits 30 bits. The smallest
 /// coordinate of an axis becomes step 0 (or the smallest int32, where the span needs 32 bits).
 /// Throws Error (kInput), naming the scan and its farthest coordinates, where the step would be coarser
-/// than a scan's resolution and coarser than `accepted_resolution`.
+/// than a scan's resolution and coarser than `accepted_resolution`; and where coordinates beyond 1e140 or an
+/// extent below 1e-140 have squares that a double cannot hold.
 formats::Grid choose_grid(std::span<const ScanExtent> scans,
                           std::optional<double> accepted_resolution);
 

@@ -91,9 +91,12 @@ void read_stretch(const formats::ScanReader& scan, const RecordConverter& conver
   });
 }
 
+/// Sampling touches nearly every page of the array; they go back after stretches of this many bytes.
+constexpr std::uint64_t kSampledBytes = std::uint64_t{4} << 20;
+
 /// 2^-22 of the longest side of the box of the middle 99 % of a scan's points, per axis; judged on every
 /// k-th point, at most about 2^17 of them, since it only tells stray points from the rest.
-double float_resolution(const ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
+double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
   std::uint64_t total = 0;
   for (const RecordRun& run : points.runs) total += run.scan == scan ? run.count : 0;
   const std::uint64_t every = total / (1 << 17) + 1;
@@ -101,11 +104,16 @@ double float_resolution(const ImportedPoints& points, std::size_t scan, Position
   std::uint64_t before = 0;
   for (const RecordRun& run : points.runs) {
     if (run.scan != scan) continue;
+    std::uint64_t walked = run.first_byte;
     for (std::uint64_t i = (every - before % every) % every; i < run.count; i += every) {
-      const auto p = native_position(
-          points.array.bytes().data() + run.first_byte + i * points.stride, encoding);
+      const std::uint64_t at = run.first_byte + i * points.stride;
+      const auto p = native_position(points.array.bytes().data() + at, encoding);
       for (std::size_t axis = 0; axis < 3; ++axis) samples[axis].push_back(p[axis]);
+      if (at - walked < kSampledBytes) continue;
+      points.array.release(walked, at - walked);
+      walked = at;
     }
+    points.array.release(walked, run.first_byte + run.count * points.stride - walked);
     before += run.count;
   }
   const double float_digits =
@@ -121,7 +129,7 @@ double float_resolution(const ImportedPoints& points, std::size_t scan, Position
   return resolution;
 }
 
-ScanExtent extent_of(const ImportedPoints& points, std::size_t scan, const ScanInfo& info,
+ScanExtent extent_of(ImportedPoints& points, std::size_t scan, const ScanInfo& info,
                      const ScanBox& box) {
   ScanExtent extent{&info, box, std::numeric_limits<double>::infinity()};
   // Where all points are one there is no detail to lose.

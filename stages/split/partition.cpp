@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "stages/parallel.h"
 #include "stages/split/select.h"
 
 namespace cairn::stages {
@@ -82,7 +81,7 @@ struct Pass {
   std::int32_t low;
   const Divider& divider;
   const PartitionTarget& target;
-  PartitionMode mode;
+  const PassMode& mode;
 
   std::uint32_t key(const GridPoint& p) const {
     return static_cast<std::uint32_t>(p[axis]) - static_cast<std::uint32_t>(low);
@@ -101,7 +100,6 @@ Cursors count_slab(const Pass& pass, const Slab& slab) {
     else
       ++counts.next[pass.divider.child_of_key(key)];
   });
-  if (pass.mode.release) slab.release();
   return counts;
 }
 
@@ -157,11 +155,11 @@ std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& c
     boxes[child].add(p);
   });
   if (pass.mode.release) {
-    slab.release();
     for (std::size_t child = 0; child < begin.size(); ++child)
       pass.target.array->release(pass.target.first_byte + begin[child] * stride,
                                  (cursors.next[child] - begin[child]) * stride);
   }
+  if (pass.mode.context.progress != nullptr) pass.mode.context.progress->advance(slab.count);
   return boxes;
 }
 
@@ -174,17 +172,17 @@ std::vector<GridBox> scatter(const Pass& pass, std::span<const std::uint64_t> st
     // In order, each slab's cursors are simply where the one before has stopped.
     Cursors cursors{{starts.begin(), starts.end() - 1},
                     std::vector<std::uint64_t>(pass.divider.tie_count())};
-    for (const Slab& slab : pass.slabs) merge(scatter_slab(pass, slab, cursors));
+    for_each_slab(pass.slabs, pass.mode,
+                  [&](std::uint64_t i) { merge(scatter_slab(pass, pass.slabs[i], cursors)); });
     return boxes;
   }
   std::vector<Cursors> cursors(pass.slabs.size());
-  for_each_piece(pass.slabs.size(),
-                 [&](std::uint64_t i) { cursors[i] = count_slab(pass, pass.slabs[i]); });
+  for_each_slab(pass.slabs, pass.mode,
+                [&](std::uint64_t i) { cursors[i] = count_slab(pass, pass.slabs[i]); });
   accumulate(pass.divider, starts, cursors);
   std::vector<std::vector<GridBox>> parts(pass.slabs.size());
-  for_each_piece(pass.slabs.size(), [&](std::uint64_t i) {
-    parts[i] = scatter_slab(pass, pass.slabs[i], cursors[i]);
-  });
+  for_each_slab(pass.slabs, pass.mode,
+                [&](std::uint64_t i) { parts[i] = scatter_slab(pass, pass.slabs[i], cursors[i]); });
   for (const auto& part : parts) merge(part);
   return boxes;
 }
@@ -194,12 +192,11 @@ std::vector<GridBox> scatter(const Pass& pass, std::span<const std::uint64_t> st
 std::vector<GridBox> partition(std::span<const Slab> slabs, const GridBox& box,
                                const std::array<double, 3>& step,
                                std::span<const std::uint64_t> starts, const PartitionTarget& target,
-                               PartitionMode mode) {
+                               const PassMode& mode) {
   const std::size_t axis = longest_axis(box, step);
   const auto ranks = starts.subspan(1, starts.size() - 2);
   const std::vector<Boundary> boundaries =
-      select_ranks(slabs, axis, box.min[axis], box.span(static_cast<int>(axis)), ranks,
-                   mode.parallel, mode.release);
+      select_ranks(slabs, axis, box.min[axis], box.span(static_cast<int>(axis)), ranks, mode);
   std::vector<Tie> ties;
   std::vector<std::uint32_t> keys;
   for (const Boundary& boundary : boundaries) {

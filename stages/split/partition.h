@@ -17,18 +17,13 @@ struct PartitionTarget {
   std::size_t stride = 0;
 };
 
-struct PartitionMode {
-  bool parallel = false;  ///< run slabs side by side
-  bool release =
-      false;  ///< give pages back as soon as a slab is done: the node does not fit in memory
-};
-
 /// Distributes the records of `slabs`, whose tight box is `box`, to children along the box's longest
 /// axis (in world units, by `step`). `starts` holds the children's first ranks and, last, the number of
-/// records: child i gets the records of ranks [starts[i], starts[i + 1]). Returns their tight boxes.
+/// records: child i gets the records of ranks [starts[i], starts[i + 1]). Returns their tight boxes. Tells
+/// the progress of every slab once.
 std::vector<formats::GridBox> partition(std::span<const Slab> slabs, const formats::GridBox& box,
                                         const std::array<double, 3>& step,
                                         std::span<const std::uint64_t> starts,
-                                        const PartitionTarget& target, PartitionMode mode);
+                                        const PartitionTarget& target, const PassMode& mode);
 
 }  // namespace cairn::stages

@@ -6,7 +6,6 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include "formats/error.h"
-#include "stages/parallel.h"
 
 namespace cairn::stages {
 namespace {
@@ -58,17 +57,15 @@ class DigitCounter {
 };
 
 Counts count_all(std::span<const Slab> slabs, const DigitCounter& counter, std::size_t axis,
-                 std::int32_t low, bool parallel, bool release) {
+                 std::int32_t low, const PassMode& mode) {
   Counts total(counter.size());
-  if (!parallel) {
-    for (const Slab& slab : slabs) counter.count(slab, axis, low, total);
+  if (!mode.parallel) {
+    for_each_slab(slabs, mode, [&](std::uint64_t i) { counter.count(slabs[i], axis, low, total); });
     return total;
   }
   tbb::enumerable_thread_specific<Counts> partial(total);
-  for_each_piece(slabs.size(), [&](std::uint64_t i) {
-    counter.count(slabs[i], axis, low, partial.local());
-    if (release) slabs[i].release();
-  });
+  for_each_slab(slabs, mode,
+                [&](std::uint64_t i) { counter.count(slabs[i], axis, low, partial.local()); });
   for (const Counts& counts : partial)
     for (std::size_t i = 0; i < total.size(); ++i) total[i] += counts[i];
   return total;
@@ -106,7 +103,7 @@ std::uint64_t total_count(std::span<const Slab> slabs) {
 
 std::vector<Boundary> select_ranks(std::span<const Slab> slabs, std::size_t axis, std::int32_t low,
                                    std::uint32_t span, std::span<const std::uint64_t> ranks,
-                                   bool parallel, bool release) {
+                                   const PassMode& mode) {
   if (ranks.empty()) return {};
   // The first digit is as wide as pays for the node's size: with 16 bits most real nodes need one pass.
   const int widest = std::clamp(static_cast<int>(std::bit_width(total_count(slabs))) - 2, 8, 16);
@@ -115,7 +112,7 @@ std::vector<Boundary> select_ranks(std::span<const Slab> slabs, std::size_t axis
   int digit_bits = std::min(bits_left, widest);
   while (bits_left > 0) {
     const DigitCounter counter(open, bits_left, digit_bits);
-    open = refine(open, count_all(slabs, counter, axis, low, parallel, release), digit_bits, ranks);
+    open = refine(open, count_all(slabs, counter, axis, low, mode), digit_bits, ranks);
     bits_left -= digit_bits;
     digit_bits = std::min(bits_left, 12);
   }

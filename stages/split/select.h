@@ -19,9 +19,9 @@ struct Boundary {
 
 /// For each rank (ascending, each below the number of points) the key of the point that would stand
 /// there if the points were sorted along `axis`. `low` is the node's smallest coordinate on the axis,
-/// `span` its extent. Slabs may be read in parallel if `parallel`; `release` gives their pages back.
+/// `span` its extent.
 std::vector<Boundary> select_ranks(std::span<const Slab> slabs, std::size_t axis, std::int32_t low,
                                    std::uint32_t span, std::span<const std::uint64_t> ranks,
-                                   bool parallel, bool release);
+                                   const PassMode& mode);
 
 }  // namespace cairn::stages

@@ -28,10 +28,11 @@ class Splitter {
   /// Maps the imported records to the grid and divides the root. A tree of one leaf is just mapped.
   std::vector<GridBox> split_root(ImportedPoints& imported, ExternalArray& to) const {
     std::vector<Slab> slabs;
+    const std::uint64_t records = slab_records(imported.stride);
     for (const RecordRun& run : imported.runs)
-      for (std::uint64_t done = 0; done < run.count; done += kSlabRecords)
+      for (std::uint64_t done = 0; done < run.count; done += records)
         slabs.push_back({&imported.array, run.first_byte + done * imported.stride,
-                         std::min(kSlabRecords, run.count - done), imported.stride,
+                         std::min(records, run.count - done), imported.stride,
                          imported.native_position_bytes, &imported.maps[run.scan]});
     return divide(slabs, imported.box, starts_of_children(0, 0), to, 0);
   }
@@ -44,9 +45,10 @@ class Splitter {
     throw_if_stopped(context_);
     const IndexRange range = tree_.input_range(level, index);
     std::vector<Slab> slabs;
-    for (std::uint64_t done = 0; done < range.count; done += kSlabRecords)
-      slabs.push_back({&from, (range.first + done) * stride_,
-                       std::min(kSlabRecords, range.count - done), stride_});
+    const std::uint64_t records = slab_records(stride_);
+    for (std::uint64_t done = 0; done < range.count; done += records)
+      slabs.push_back(
+          {&from, (range.first + done) * stride_, std::min(records, range.count - done), stride_});
     const auto boxes = divide(slabs, box, starts_of_children(level, index), to, range.first);
     split_children(level, index, boxes, to, from);
   }
@@ -84,10 +86,9 @@ class Splitter {
                               const std::vector<std::uint64_t>& starts, ExternalArray& to,
                               std::uint64_t first_record) const {
     const std::uint64_t count = starts.back();
-    const PartitionMode mode{.parallel = count >= kParallelRecords, .release = !fits(count)};
-    auto boxes = partition(slabs, box, step_, starts, {&to, first_record * stride_, stride_}, mode);
-    context_.progress->advance(count);
-    return boxes;
+    const PassMode mode{
+        .context = context_, .parallel = count >= kParallelRecords, .release = !fits(count)};
+    return partition(slabs, box, step_, starts, {&to, first_record * stride_, stride_}, mode);
   }
 
   /// Both copies of a node's records, source and target, within half of the memory.
@@ -103,10 +104,6 @@ class Splitter {
 
 }  // namespace
 
-std::uint64_t split_bytes(std::uint64_t points, std::size_t stride, const Tree& tree) {
-  return points * stride * (tree.leaf_level() > 1 ? 2 : 1);
-}
-
 SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context) {
   const std::size_t stride = imported.stride - imported.native_position_bytes + 12;
   const Level levels = tree.leaf_level();
@@ -115,7 +112,7 @@ SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context)
   const Splitter splitter(tree, stride, imported.grid.step, context);
   ExternalArray second;
   // A worker holds the slab that it reads and what it writes of it.
-  run_in_arena(workers_within(context, kSlabRecords * (imported.stride + stride)), [&] {
+  run_in_arena(workers_within(context, 2 * kSlabBytes), [&] {
     const std::vector<GridBox> boxes = splitter.split_root(imported, first);
     imported.array = ExternalArray{};
     if (levels > 1) second = context.make_array("split-b", imported.points * stride);

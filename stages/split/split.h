@@ -15,9 +15,6 @@ struct SplitPoints {
   std::size_t stride = 0;  ///< bytes of a record: 12-byte grid position, then the attributes
 };
 
-/// Bytes of disk that `split` needs beside the import array, at its peak.
-std::uint64_t split_bytes(std::uint64_t points, std::size_t stride, const formats::Tree& tree);
-
 /// Consumes the imported points. Between two work arrays records are streamed while a node exceeds its
 /// share of the memory, and handled in memory below that.
 SplitPoints split(ImportedPoints&& imported, const formats::Tree& tree, Context& context);

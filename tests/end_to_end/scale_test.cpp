@@ -1,4 +1,7 @@
 // What may not depend on threads or memory: the bytes of a dataset. And what memory may not exceed.
+#include <cmath>
+#include <cstring>
+
 #include "tests/end_to_end/program_test.h"
 
 #if defined(__has_feature)
@@ -71,6 +74,45 @@ class ScaleTest : public ProgramTest {
 
 using Scale = ScaleTest;
 using LongScale = ScaleTest;
+
+/// A binary PLY of doubles, whose points on a wavy square carry `attributes` equal ones of their own.
+std::string write_wide_ply(const std::filesystem::path& path, int count, int attributes) {
+  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                     std::to_string(count) +
+                     "\nproperty double x\nproperty double y\nproperty double z\n";
+  for (int a = 0; a < attributes; ++a) text += "property double a" + std::to_string(a) + "\n";
+  text += "end_header\n";
+  const std::size_t stride = 3 + static_cast<std::size_t>(attributes);
+  std::vector<double> record(stride, 1.5);
+  std::string bytes(stride * sizeof(double), '\0');
+  for (int i = 0; i < count; ++i) {
+    record[0] = i % 1000 * 0.25;
+    record[1] = i / 1000 * 0.25;
+    record[2] = std::sin(record[0]) * std::cos(record[1]);
+    std::memcpy(bytes.data(), record.data(), bytes.size());
+    text += bytes;
+  }
+  write_text(path, text);
+  return path.string();
+}
+
+TEST_F(Scale, PeakStaysWithinTheLimitWhereTheWorkArraysAreThreeTimesThat) {
+  // 600,000 records of 3 + 42 doubles: 206 MiB.
+  const std::string scan = write_wide_ply(folder_ / "wide.ply", 600'000, 42);
+  const Outcome built = build({scan, "--node-points", "2000", "--threads", "2", "--memory", "64MiB",
+                               "--reducer", "first", "--codec", "none"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  if (!kPeakMemoryCounts) return;
+  const nlohmann::json record = run_record();
+  EXPECT_LE(record["peak_memory_bytes"].get<double>(), record["memory_limit_bytes"].get<double>());
+}
+
+TEST_F(Scale, RefusesNodesThatDoNotFitTheMemory) {
+  const Outcome outcome = build({make_scan("a.las", "400000", "statue"), "--memory", "64MiB",
+                                 "--node-points", "200000", "--fanout", "2"});
+  expect_refusal(outcome, 2);
+  EXPECT_THAT(outcome.err, ::testing::HasSubstr("MiB of memory"));
+}
 
 TEST_F(Scale, SameBytesFromAnyThreadsAndMemory) {
   const std::vector<std::string> scans{make_scan("a.las", "700000", "statue"),

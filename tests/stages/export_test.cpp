@@ -127,6 +127,29 @@ TEST_F(ExportTest, InnerLevelsCarryRadiusAndWeight) {
   EXPECT_EQ(sum, 43);
 }
 
+TEST_F(ExportTest, AnInputAttributeCalledWeightIsNotTakenForTheWeight) {
+  for (const auto rule : {formats::ReduceRule::kNone, formats::ReduceRule::kMean}) {
+    formats::DatasetHeader header = test::tiny_header();
+    for (formats::Attribute& attribute : header.schema)
+      if (attribute.name == (rule == formats::ReduceRule::kNone ? "gps_time" : "color"))
+        attribute.name = "weight";
+    build(header);
+    Collector collector;
+    const DatasetReader dataset = DatasetReader::open(folder_.path());
+    const ScanInfo info = describe_export(dataset, 1, false);
+    export_level(test::plain_context(), dataset, 1, info, collector);
+    const auto own = formats::find_attribute(info.schema, "weight_");
+    ASSERT_TRUE(own);
+    EXPECT_EQ(formats::find_attribute(info.schema, "weight").has_value(),
+              rule == formats::ReduceRule::kMean);
+    std::uint64_t sum = 0;
+    for (const PointBlock& block : collector.blocks)
+      for (std::size_t i = 0; i < block.count; ++i)
+        sum += formats::load_le<std::uint64_t>(&block.columns[*own][8 * i]);
+    EXPECT_EQ(sum, 43u);
+  }
+}
+
 TEST_F(ExportTest, RefusesALevelBeyondTheLeaves) {
   build(test::tiny_header());
   const DatasetReader dataset = DatasetReader::open(folder_.path());

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "formats/bytes.h"
 #include "formats/error.h"
 #include "tests/support/stage_fixture.h"
 
@@ -186,6 +187,96 @@ TEST_F(ImportTest, RefusesToDropWhatIsNotThere) {
   scans.push_back(test::steps_scan({}, {steps_block({{0, 0, 0}})}));
   EXPECT_THROW(import_scans(scans, {.drop = {"colour"}, .keep = {}, .resolution = {}}, context()),
                formats::Error);
+}
+
+/// A scan of one point with one attribute, all zeros.
+std::unique_ptr<formats::ScanReader> scan_with(formats::Attribute attribute) {
+  PointBlock block = steps_block({{0, 0, 0}});
+  block.columns.emplace_back(attribute.size_bytes());
+  return test::steps_scan({std::move(attribute)}, {std::move(block)});
+}
+
+TEST_F(ImportTest, WhatIsLeftOutNeedNotAgree) {
+  Scans scans;
+  scans.push_back(scan_with({"label", ScalarType::kU8, 1, ReduceRule::kNone}));
+  scans.push_back(scan_with({"label", ScalarType::kU8, 3, ReduceRule::kNone}));
+  scans.push_back(scan_with({"tag", ScalarType::kU8, 1, ReduceRule::kNone}));
+  EXPECT_THROW(import_scans(scans, {}, context()), formats::Error);
+  // A name given twice is left out once.
+  const ImportedPoints dropped =
+      import_scans(scans, {.drop = {"label", "label"}, .keep = {}, .resolution = {}}, context());
+  ASSERT_EQ(dropped.schema.size(), 1U);
+  EXPECT_EQ(dropped.schema[0].name, "tag");
+  EXPECT_EQ(
+      import_scans(scans, {.drop = {}, .keep = {"tag"}, .resolution = {}}, context()).schema.size(),
+      1U);
+}
+
+TEST_F(ImportTest, RadiiThatAreNoneAreZero) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(),
+              inf = std::numeric_limits<float>::infinity();
+  PointBlock block = steps_block({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
+  add_column<float>(block, {0.5F, -1, nan, inf, -inf});
+  const Schema schema{{"radius", ScalarType::kF32, 1, ReduceRule::kCoverRadius}};
+  Scans scans;
+  scans.push_back(test::steps_scan(schema, {block}));
+  const ImportedPoints points = import_scans(scans, {}, context());
+  std::vector<float> radii, streamed;
+  for (std::size_t i = 0; i < 5; ++i)
+    radii.push_back(formats::load_le<float>(points.array.bytes().data() + i * points.stride + 12));
+  EXPECT_EQ(radii, (std::vector<float>{0.5F, 0, 0, 0, 0}));
+  // What verify digests is what the build stores.
+  stream_canonical_records(scans, schema, points.grid,
+                           [&](std::span<const std::byte> records, std::size_t stride) {
+                             for (std::size_t i = 0; i < records.size(); i += stride)
+                               streamed.push_back(formats::load_le<float>(records.data() + i + 12));
+                           });
+  EXPECT_EQ(streamed, radii);
+}
+
+TEST_F(ImportTest, RefusesToStreamScansThatDoNotFitTheSchema) {
+  const auto stream = [](formats::Attribute scan, formats::Attribute dataset) {
+    Scans scans;
+    scans.push_back(scan_with(std::move(scan)));
+    stream_canonical_records(scans, {std::move(dataset)}, {}, [](auto, std::size_t) {});
+  };
+  const formats::Attribute one{"label", ScalarType::kU16, 1, ReduceRule::kNone};
+  formats::Attribute other = one;
+  EXPECT_NO_THROW(stream(one, one));
+  other.type = ScalarType::kU8;
+  EXPECT_NO_THROW(stream(other, one));  // a narrower scan fits
+  other = one;
+  for (int wrong = 0; wrong < 3; ++wrong) {
+    if (wrong == 0) other = {"label", ScalarType::kU16, 200, ReduceRule::kNone};
+    if (wrong == 1) other = {"label", ScalarType::kF64, 1, ReduceRule::kNone};
+    if (wrong == 2) other = {"label", ScalarType::kI16, 1, ReduceRule::kNone};
+    try {
+      stream(other, one);
+      FAIL() << wrong << " was accepted";
+    } catch (const formats::Error& error) {
+      EXPECT_EQ(error.kind(), formats::ErrorKind::kInput);
+      EXPECT_NE(std::string(error.what()).find("label"), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST_F(ImportTest, RefusesCoordinatesWhoseSquaresADoubleCannotHold) {
+  const auto import = [&](std::vector<std::array<double, 3>> world) {
+    Scans scans;
+    scans.push_back(
+        test::world_scan(PositionEncoding::kFloat64, {}, {world_block(std::move(world))}));
+    return import_scans(scans, {}, context()).points;
+  };
+  for (const double far : {1e308, 5e199, 1e141})
+    for (const double sign : {-1.0, 1.0}) {
+      EXPECT_THROW(import({{sign * far, 0, 0}}), formats::Error) << far;
+      EXPECT_THROW(import({{far, 0, 0}, {0, sign * far, 0}}), formats::Error) << far;
+    }
+  for (const double near : {5e-324, 1e-200, 1e-141})
+    EXPECT_THROW(import({{0, 0, 0}, {0, near, 0}}), formats::Error) << near;
+  for (const double fine : {0.0, 1e-100, 1.0, 1e100})
+    EXPECT_EQ(import({{0, 0, 0}, {fine, fine, 0}}), 2U) << fine;
+  EXPECT_EQ(import({{1e-200, 0, 0}, {1e-200, 0, 0}}), 2U);  // no extent, no distances
 }
 
 TEST_F(ImportTest, CanonicalRecordsAreTheMappedPoints) {

@@ -118,5 +118,36 @@ TEST(MergePairs, MissingNormalsBlockNothing) {
   EXPECT_EQ(list.count, 1U);
 }
 
+TEST(MergePairs, EndsWhereEqualCostsRoundDifferently) {
+  // Weights 1, 6, 3 at these places make all three pairs cost exactly the same.
+  const int at[3][3] = {{3, 4, 2}, {4, 0, 4}, {1, 0, 4}};
+  const float weight[3] = {1, 6, 3};
+  MergeList list{};
+  list.count = 3;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    list.x[i] = 2.4052999F * static_cast<float>(at[i][0] - at[0][0]);
+    list.y[i] = 2.4052999F * static_cast<float>(at[i][1] - at[0][1]);
+    list.z[i] = 2.4052999F * static_cast<float>(at[i][2] - at[0][2]);
+    list.weight[i] = weight[i];
+    list.id[i] = i;
+  }
+  EXPECT_EQ(merge_pairs(list, 2, {}).count, 1U);
+  EXPECT_EQ(list.count, 2U);
+}
+
+TEST(MergePairs, EndsWithTheSmallestRelaxation) {
+  MergeList list{};
+  list.count = 2;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    list.x[i] = static_cast<float>(i);
+    list.weight[i] = 1;
+    list.id[i] = i;
+  }
+  list.nx[0] = 1;
+  list.ny[1] = 1;
+  // A step of less than a degree counts as one: 15, 16, ... 90.
+  EXPECT_FLOAT_EQ(merge_pairs(list, 1, {15, 1.00000001F}).theta_degrees, 90);
+}
+
 }  // namespace
 }  // namespace cairn::stages

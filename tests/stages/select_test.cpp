@@ -16,6 +16,7 @@ using formats::GridPoint;
 
 TEST(SelectRanks, EqualsSortingForEverySpanAndManyTies) {
   const test::TemporaryFolder folder;
+  const Context context;
   std::mt19937_64 random(11);
   for (const std::uint64_t span : {0ULL, 1ULL, 3ULL, 1000ULL, 65535ULL, 65536ULL, (1ULL << 24),
                                    (1ULL << 30), (1ULL << 32) - 1}) {
@@ -37,8 +38,8 @@ TEST(SelectRanks, EqualsSortingForEverySpanAndManyTies) {
     for (std::uint64_t i = 1; i < 9; ++i) ranks.push_back(i * count / 9);
     std::sort(keys.begin(), keys.end());
     for (const bool parallel : {false, true}) {
-      const auto boundaries =
-          select_ranks(slabs, 1, low, static_cast<std::uint32_t>(span), ranks, parallel, parallel);
+      const auto boundaries = select_ranks(slabs, 1, low, static_cast<std::uint32_t>(span), ranks,
+                                           {context, parallel, parallel});
       ASSERT_EQ(boundaries.size(), ranks.size());
       for (std::size_t i = 0; i < ranks.size(); ++i) {
         EXPECT_EQ(boundaries[i].key, keys[ranks[i]]) << span;
