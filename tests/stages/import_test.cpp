@@ -79,6 +79,20 @@ TEST_F(ImportTest, WholeMultiplesOfAScaleAreLosslessToo) {
   EXPECT_DOUBLE_EQ(world[1][0], 1.001);
 }
 
+TEST_F(ImportTest, ScalesThatAreNearlyEqualAreNotTakenForOne) {
+  const double near = static_cast<double>(0.01F);  // 2.2e-10 less than 0.01
+  Scans scans;
+  scans.push_back(
+      test::steps_scan({}, {steps_block({{0, 0, 0}, {500000000, 0, 0}})}, {0.01, 0.01, 0.01}));
+  scans.push_back(test::steps_scan({}, {steps_block({{500000000, 0, 0}})}, {near, near, near}));
+  const ImportedPoints points = import_scans(scans, {}, context());
+  const auto world = world_of(points);
+  // As if the scales were one, the last would be 0.11 from its place.
+  EXPECT_NEAR(world[1][0], 5e6, points.grid.step[0]);
+  EXPECT_NEAR(world[2][0], near * 500000000, points.grid.step[0]);
+  EXPECT_LT(points.grid.step[0], 0.01);
+}
+
 TEST_F(ImportTest, LasIntegersMaySpanAllOfInt32) {
   Scans scans;
   scans.push_back(test::steps_scan({}, {steps_block({{INT32_MIN, 0, 0}, {INT32_MAX, 0, 0}})}));
