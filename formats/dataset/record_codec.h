@@ -17,6 +17,8 @@ inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 48;
 inline constexpr std::uint64_t kMaxNodePoints = std::uint64_t{1} << 24;
 /// Bytes of one decoded column of a node.
 inline constexpr std::uint64_t kMaxColumnBytes = std::uint64_t{1} << 30;
+/// Bytes of all decoded columns of a node together.
+inline constexpr std::uint64_t kMaxNodeBytes = std::uint64_t{1} << 32;
 inline constexpr std::size_t kMaxAttributes = 1020;
 inline constexpr std::size_t kMaxSections = kFirstAttributeSection + kMaxAttributes;
 
