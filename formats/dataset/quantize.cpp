@@ -5,11 +5,10 @@
 #include <limits>
 
 #include "formats/error.h"
+#include "formats/wide_int.h"
 
 namespace cairn::formats {
 namespace {
-
-__extension__ using Uint128 = unsigned __int128;
 
 /// floor(dividend / divisor) for dividend < 2^63, given reciprocal = floor((2^64 - 1) / divisor) and
 /// 1 <= divisor < 2^32.

@@ -15,7 +15,7 @@ namespace cairn::stages {
 /// The union of the scans' attributes in order of first appearance, the radius last, those named in
 /// `drop` left out and, if `keep` is not empty, all others than those named there. Where types differ the narrowest type that holds both is taken (8-bit colours are
 /// widened by 257). A scan without an attribute has zeros there. Throws Error (kInput) where an
-/// attribute's component counts differ, and Error (kUsage) if `drop` or `keep` names an attribute no scan has.
+/// attribute's component counts differ or the union has more than formats::kMaxAttributes, and Error (kUsage) if `drop` or `keep` names an attribute no scan has.
 formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
                               const std::vector<std::string>& drop,
                               const std::vector<std::string>& keep = {});

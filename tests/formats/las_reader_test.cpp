@@ -392,6 +392,29 @@ TEST_F(LasReader, TurnsDocumentedExtraBytesIntoAttributes) {
   EXPECT_EQ(scan.value<std::uint8_t>("extra_bytes_2", 0, 3), 'l');
 }
 
+TEST_F(LasReader, KeepsExtraBytesThatAreTooManyAttributesAsBytes) {
+  LasBytes las = file_of(0);
+  std::string entries;
+  for (int i = 0; i < 65000; ++i) entries += test::extra_bytes_entry("v" + std::to_string(i), 1);
+  std::string extra;
+  for (int i = 0; i < 65000; ++i) extra += static_cast<char>(i % 251);
+  las.minor = 4;
+  las.records = {narrow_record() + extra};
+  las.evlrs = {test::vlr_bytes("LASF_Spec", 4, entries, true)};
+  const auto scan = read(las.build());
+  ASSERT_EQ(scan.info.schema.size(), 1020u);
+  std::size_t bytes = 0, described = 0;
+  for (const Attribute& attribute : scan.info.schema) {
+    bytes += attribute.size_bytes();
+    if (attribute.name.starts_with("v")) ++described;
+  }
+  EXPECT_GE(bytes, 65000u);
+  EXPECT_EQ(scan.value<std::uint8_t>("v0", 0), 0);
+  EXPECT_EQ(scan.value<std::uint8_t>("v" + std::to_string(described - 1), 0),
+            (described - 1) % 251);
+  EXPECT_EQ(scan.value<std::uint8_t>("extra_bytes", 0, 0), described % 251);
+}
+
 TEST_F(LasReader, ReadsNormalsAndRadiiFromExtraBytes) {
   LasBytes las = file_of(0);
   las.vlrs = {test::vlr_bytes(

@@ -195,6 +195,29 @@ TEST_F(ImportTest, MergesSchemasWideningColoursAndFillingZeros) {
             (std::vector<std::uint16_t>{65535, 257, 0, 0, 65535, 256, 0, 77}));
 }
 
+TEST_F(ImportTest, RefusesScansWithTooManyAttributesTogether) {
+  Schema one, other;
+  PointBlock block = steps_block({{0, 0, 0}});
+  for (int i = 0; i < 511; ++i) {
+    one.push_back({"a" + std::to_string(i), ScalarType::kU8, 1, ReduceRule::kNone});
+    other.push_back({"b" + std::to_string(i), ScalarType::kU8, 1, ReduceRule::kNone});
+    add_column<std::uint8_t>(block, {1});
+  }
+  Scans scans;
+  scans.push_back(test::steps_scan(one, {block}));
+  scans.push_back(test::steps_scan(other, {block}));
+  try {
+    import_scans(scans, {}, context());
+    ADD_FAILURE() << "not refused";
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kInput);
+    EXPECT_NE(std::string(error.what()).find("1022"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(
+      import_scans(scans, {.drop = {"a0", "b0"}, .keep = {}, .resolution = {}}, context()).points,
+      2U);
+}
+
 TEST_F(ImportTest, RefusesToDropWhatIsNotThere) {
   Scans scans;
   scans.push_back(test::steps_scan({}, {steps_block({{0, 0, 0}})}));
