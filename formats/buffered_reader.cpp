@@ -28,7 +28,9 @@ void BufferedReader::fill(std::size_t size) {
   filled_ -= next_;
   next_ = 0;
   const std::size_t wanted = std::max(size, kReadBytes);
-  if (window_.size() < wanted) window_.resize(wanted);
+  // Doubled, since a long line asks for one byte more at a time.
+  if (window_.size() < wanted)
+    window_.resize(std::max(wanted, std::min(2 * window_.size(), kMaxLineBytes + 1)));
   filled_ += file_.read_at_most(window_offset_ + filled_, std::span(window_).subspan(filled_));
 }
 

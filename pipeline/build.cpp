@@ -77,7 +77,10 @@ DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoi
   for (const stages::ScanLedger& scan : imported.ledger) {
     header.read_points += scan.read;
     header.dropped_points += scan.dropped();
-    header.missing_points += scan.missing();
+    if (__builtin_add_overflow(header.missing_points, scan.missing(), &header.missing_points))
+      formats::throw_input(
+          {.what = "the headers of the scans claim more points than can be counted",
+           .expected = "fewer than 2^64 together"});
   }
   return header;
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "formats/error.h"
 #include "pipeline/human.h"
 
 namespace cairn::pipeline {
@@ -20,6 +21,7 @@ Json full_metadata(const formats::DatasetReader& dataset) {
   const std::uint64_t index = dataset.index_size_bytes();
   const std::uint64_t metadata = dataset.head().metadata_size_bytes;
   Json& bytes = json["bytes"];
+  if (!bytes.is_object()) bytes = Json::object();
   bytes["nodes"] = nodes;
   bytes["index"] = index;
   bytes["metadata"] = metadata;
@@ -159,11 +161,15 @@ std::string dataset_json(const formats::DatasetReader& dataset) {
 }
 
 std::string dataset_text(const formats::DatasetReader& dataset,
-                         const std::filesystem::path& folder) {
+                         const std::filesystem::path& folder) try {
   const Json json = full_metadata(dataset);
   return printable(folder.string()) + "\n" + points_line(json) + schema_lines(json) +
          bounds_lines(json) + tree_lines(json) + size_line(json, stored_points(json)) +
          settings_lines(json) + levels_table(json);
+} catch (const Json::exception& error) {
+  formats::throw_input({.what = "the metadata lacks what its format demands",
+                        .path = folder / formats::dataset_file::kMetadata,
+                        .found = error.what()});
 }
 
 std::string build_text(const BuildReport& report, std::uint64_t points) {

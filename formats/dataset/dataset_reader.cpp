@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "formats/checksum.h"
+#include "formats/dataset/metadata.h"
 
 namespace cairn::formats {
 namespace {
@@ -50,6 +51,7 @@ std::string read_metadata(const std::filesystem::path& path, const IndexHead& he
                  .path = path,
                  .found = std::to_string(sum),
                  .expected = std::to_string(head.metadata_checksum)});
+  if (const auto error = check_metadata_text(text)) refuse(*error, path);
   return text;
 }
 

@@ -52,7 +52,8 @@ struct IndexLayout {
   IndexRange bytes_of(std::uint64_t page) const;
 };
 
-/// Whether the format can hold the attribute: normals are 3 floats, the radius is not in the schema.
+/// Whether the format can hold the attribute: its name is of a to z, 0 to 9 and _, normals are 3 floats, the
+/// radius is not in the schema.
 bool is_valid_attribute(const Attribute& attribute);
 /// Throws Error (kUsage) where a header is beyond the limits of the format.
 void check_limits(const DatasetHeader& header);

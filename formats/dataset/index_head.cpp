@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "formats/bytes.h"
 #include "formats/checksum.h"
@@ -130,6 +131,13 @@ void read_grid(HeadReader& in, Grid& grid) {
                   "finite coordinates");
 }
 
+/// Names are shown, written to other formats and typed by people: nothing that needs quoting.
+bool is_plain_name(std::string_view name) {
+  return !name.empty() && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
 void read_attribute(HeadReader& in, Schema& schema) {
   Attribute attribute;
   attribute.type =
@@ -138,6 +146,8 @@ void read_attribute(HeadReader& in, Schema& schema) {
   attribute.rule =
       static_cast<ReduceRule>(in.get_in<std::uint8_t>("unknown rule of attribute", 0, 3));
   attribute.name = in.get_text(in.get_in<std::uint8_t>("empty name of attribute", 1, 255));
+  if (!is_plain_name(attribute.name))
+    in.complain("bad name of attribute", "other characters", "a to z, 0 to 9 and _");
   if (find_attribute(schema, attribute.name))
     in.complain("attribute named twice", attribute.name, "another name");
   if (!is_valid_attribute(attribute))
@@ -190,6 +200,14 @@ std::optional<DecodeError> check_layout(const IndexLayout& layout, const Fixed& 
   return std::nullopt;
 }
 
+/// Bytes of all decoded columns of a node: position, representative, weight, radius and attributes.
+/// Requires node_points() <= kMaxNodePoints, so that nothing overflows.
+std::uint64_t decoded_bytes(const DatasetHeader& header) {
+  std::uint64_t point_bytes = 12 + 4 + 8 + 4;
+  for (const Attribute& attribute : header.schema) point_bytes += attribute.size_bytes();
+  return point_bytes * header.tree().node_points();
+}
+
 /// Bytes of the largest decoded column of a node. No overflow: the node's points are below 2^49.
 std::uint64_t largest_column(const DatasetHeader& header) {
   std::size_t widest = 12;  // positions
@@ -201,6 +219,7 @@ std::uint64_t largest_column(const DatasetHeader& header) {
 }  // namespace
 
 bool is_valid_attribute(const Attribute& attribute) {
+  if (!is_plain_name(attribute.name)) return false;
   const bool floats = attribute.type == ScalarType::kF32 || attribute.type == ScalarType::kF64;
   if (attribute.rule == ReduceRule::kNormal) return floats && attribute.components == 3;
   return attribute.rule != ReduceRule::kCoverRadius && attribute.name != attribute_name::kRadius;
@@ -232,8 +251,12 @@ void check_limits(const DatasetHeader& header) {
     throw_usage("node-points: a column of a node would have " +
                 std::to_string(largest_column(header)) + " bytes, more than the " +
                 std::to_string(kMaxColumnBytes) + " of the dataset format");
+  if (decoded_bytes(header) > kMaxNodeBytes)
+    throw_usage("node-points: a node would have " + std::to_string(decoded_bytes(header)) +
+                " bytes, more than the " + std::to_string(kMaxNodeBytes) +
+                " of the dataset format");
   for (const Attribute& attribute : header.schema)
-    if (attribute.name.empty() || attribute.name.size() > 255 || !is_valid_attribute(attribute))
+    if (attribute.name.size() > 255 || !is_valid_attribute(attribute))
       throw_usage("the dataset format cannot hold the attribute '" + attribute.name + "'");
 }
 
@@ -313,6 +336,8 @@ std::optional<DecodeError> parse_index_head(std::span<const std::byte> bytes,
   if (largest_column(head.dataset) > kMaxColumnBytes)
     return wrong("too many bytes a column of a node", 152, largest_column(head.dataset),
                  kMaxColumnBytes);
+  if (decoded_bytes(head.dataset) > kMaxNodeBytes)
+    return wrong("too many bytes a node", 152, decoded_bytes(head.dataset), kMaxNodeBytes);
   if (auto error = check_layout(layout_of(head.dataset), fixed)) return error;
   page_checksums.resize(static_cast<std::size_t>(fixed.page_count()));
   for (std::size_t i = 0; i < page_checksums.size(); ++i)

@@ -193,6 +193,9 @@ std::optional<DecodeError> parse(std::string_view text, Json& json) {
     return std::nullopt;
   } catch (const Json::parse_error& e) {
     return DecodeError{"the metadata is not JSON", e.byte, "something else", "JSON"};
+  } catch (const Json::exception&) {
+    return DecodeError{"the metadata holds a number beyond all doubles", 0, "an infinite number",
+                       "finite numbers"};
   }
 }
 
@@ -225,6 +228,14 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
   };
   // Names and descriptions come from outside and need not be UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::optional<DecodeError> check_metadata_text(std::string_view text) {
+  Json json;
+  if (auto error = parse(text, json)) return error;
+  if (!json.is_object())
+    return DecodeError{"the metadata is no JSON object", 0, json.type_name(), "an object"};
+  return std::nullopt;
 }
 
 std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHeader& header) {
@@ -260,9 +271,10 @@ std::optional<DecodeError> read_metadata_crs(std::string_view text,
   try {
     for (const Json& entry : json.at("crs").at("records")) {
       auto data = bytes_of_base64(entry.at("data_base64").get<std::string>());
-      if (!data) return broken;
+      const auto record_id = number_at(entry, {"record_id"});
+      if (!data || !record_id || *record_id > UINT16_MAX) return broken;
       crs.push_back({.user_id = entry.at("user_id").get<std::string>(),
-                     .record_id = entry.at("record_id").get<std::uint16_t>(),
+                     .record_id = static_cast<std::uint16_t>(*record_id),
                      .description = entry.at("description").get<std::string>(),
                      .data = std::move(*data)});
     }

@@ -43,6 +43,9 @@ struct MetadataExtras {
 std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
                            const MetadataExtras& extras);
 
+/// Whether the text is a JSON object without numbers that no double holds. What it says is not checked.
+[[nodiscard]] std::optional<DecodeError> check_metadata_text(std::string_view text);
+
 /// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing;
 /// the tree) with the index. Offsets of errors are known for broken JSON only.
 [[nodiscard]] std::optional<DecodeError> check_metadata(std::string_view text,

@@ -140,6 +140,13 @@ void read_positions(SectionReader& in, const PositionQuantizer& quantizer, std::
                     NodeData& points) {
   std::vector<Code> codes;
   if (!in.read(kPositionSection, {quantizer.code_type(), 3, count}, codes)) return;
+  if (const auto bad = quantizer.first_beyond(codes)) {
+    const auto axis = static_cast<int>(*bad % 3);
+    return in.fail(kPositionSection,
+                   {.what = "a position code above the largest",
+                    .found = std::to_string(codes[*bad]),
+                    .expected = "at most " + std::to_string(quantizer.max_code(axis))});
+  }
   points.position.resize(count);
   quantizer.decode(codes, points.position);
 }

@@ -5,11 +5,10 @@
 #include <limits>
 
 #include "formats/error.h"
+#include "formats/wide_int.h"
 
 namespace cairn::formats {
 namespace {
-
-__extension__ using Uint128 = unsigned __int128;
 
 /// floor(dividend / divisor) for dividend < 2^63, given reciprocal = floor((2^64 - 1) / divisor) and
 /// 1 <= divisor < 2^32.
@@ -68,8 +67,8 @@ std::uint32_t PositionQuantizer::encode_step(const Axis& axis, std::int32_t min,
 }
 
 std::int32_t PositionQuantizer::decode_code(const Axis& axis, std::uint32_t code) {
-  const std::uint32_t c = std::min(code, axis.max_code);
-  const std::uint32_t d = axis.exact ? c : scale(c, axis.span, axis.max_code, axis.code_reciprocal);
+  const std::uint32_t d =
+      axis.exact ? code : scale(code, axis.span, axis.max_code, axis.code_reciprocal);
   return static_cast<std::int32_t>(axis.min + d);
 }
 
@@ -84,15 +83,30 @@ void PositionQuantizer::encode_all(std::span<const GridPoint> points, std::span<
 }
 
 template <typename Code>
+std::optional<std::size_t> PositionQuantizer::find_beyond(std::span<const Code> codes) const {
+  CAIRN_CHECK(codes.size() % 3 == 0);
+  std::array<std::uint32_t, 3> greatest{0, 0, 0};
+  for (std::size_t i = 0; i < codes.size(); i += 3)
+    for (std::size_t a = 0; a < 3; ++a)
+      greatest[a] = std::max<std::uint32_t>(greatest[a], codes[i + a]);
+  const auto beyond = [&](std::size_t axis, std::uint32_t code) {
+    return code > axes_[axis].max_code;
+  };
+  if (!beyond(0, greatest[0]) && !beyond(1, greatest[1]) && !beyond(2, greatest[2]))
+    return std::nullopt;
+  std::size_t first = 0;
+  while (!beyond(first % 3, codes[first])) ++first;
+  return first;
+}
+
+template <typename Code>
 void PositionQuantizer::decode_all(std::span<const Code> codes, std::span<GridPoint> points) const {
   CAIRN_CHECK(codes.size() == points.size() * 3);
   const std::array<Axis, 3> axes = axes_;  // a copy that the stores below cannot alias
   const Code* in = codes.data();
   if (exact()) {
     for (GridPoint& p : points)
-      for (std::size_t a = 0; a < 3; ++a)
-        p[a] = static_cast<std::int32_t>(axes[a].min +
-                                         std::min<std::uint32_t>(*in++, axes[a].max_code));
+      for (std::size_t a = 0; a < 3; ++a) p[a] = static_cast<std::int32_t>(axes[a].min + *in++);
     return;
   }
   for (GridPoint& p : points)
@@ -106,6 +120,14 @@ void PositionQuantizer::encode(std::span<const GridPoint> points,
 void PositionQuantizer::encode(std::span<const GridPoint> points,
                                std::span<std::uint32_t> codes) const {
   encode_all(points, codes);
+}
+std::optional<std::size_t> PositionQuantizer::first_beyond(
+    std::span<const std::uint16_t> codes) const {
+  return find_beyond(codes);
+}
+std::optional<std::size_t> PositionQuantizer::first_beyond(
+    std::span<const std::uint32_t> codes) const {
+  return find_beyond(codes);
 }
 void PositionQuantizer::decode(std::span<const std::uint16_t> codes,
                                std::span<GridPoint> points) const {

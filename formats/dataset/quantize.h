@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "formats/dataset/grid.h"
@@ -42,8 +43,13 @@ class PositionQuantizer {
   void encode(std::span<const GridPoint> points, std::span<std::uint16_t> codes) const;
   void encode(std::span<const GridPoint> points, std::span<std::uint32_t> codes) const;
 
-  /// The reverse; points.size() * 3 == codes.size(). Codes above the largest, met in damaged data
-  /// only, decode to the box's upper end.
+  /// The largest code of an axis: D if it is exact, else M.
+  std::uint32_t max_code(int axis) const { return axes_[static_cast<std::size_t>(axis)].max_code; }
+  /// The index of a code above the largest of its axis, the first one; met in damaged data only.
+  std::optional<std::size_t> first_beyond(std::span<const std::uint16_t> codes) const;
+  std::optional<std::size_t> first_beyond(std::span<const std::uint32_t> codes) const;
+
+  /// The reverse; points.size() * 3 == codes.size(). Requires codes none of which is beyond the largest.
   void decode(std::span<const std::uint16_t> codes, std::span<GridPoint> points) const;
   void decode(std::span<const std::uint32_t> codes, std::span<GridPoint> points) const;
 
@@ -61,6 +67,8 @@ class PositionQuantizer {
   static std::int32_t decode_code(const Axis& axis, std::uint32_t code);
   template <typename Code>
   void encode_all(std::span<const GridPoint> points, std::span<Code> codes) const;
+  template <typename Code>
+  std::optional<std::size_t> find_beyond(std::span<const Code> codes) const;
   template <typename Code>
   void decode_all(std::span<const Code> codes, std::span<GridPoint> points) const;
 

@@ -111,7 +111,7 @@ void read_links(FieldReader& in, const DatasetHeader& header, const Tree& tree, 
 void read_points(FieldReader& in, const DatasetHeader& header, const Tree& tree, bool leaf,
                  NodeRecord& record) {
   record.box = in.get_box("bad box");
-  const auto most = static_cast<std::uint32_t>(std::min(header.points, kMaxNodePoints));
+  const auto most = static_cast<std::uint32_t>(std::min(header.points, tree.node_points()));
   record.point_count = in.get_in<std::uint32_t>("impossible number of points", 1, most);
   if (leaf)
     in.require(record.point_count == tree.stored_points(record.id),

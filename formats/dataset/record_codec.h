@@ -9,6 +9,7 @@
 
 #include "formats/dataset/node_record.h"
 #include "formats/error.h"
+#include "formats/limits.h"
 
 namespace cairn::formats {
 
@@ -17,7 +18,8 @@ inline constexpr std::uint64_t kMaxPoints = std::uint64_t{1} << 48;
 inline constexpr std::uint64_t kMaxNodePoints = std::uint64_t{1} << 24;
 /// Bytes of one decoded column of a node.
 inline constexpr std::uint64_t kMaxColumnBytes = std::uint64_t{1} << 30;
-inline constexpr std::size_t kMaxAttributes = 1020;
+/// Bytes of all decoded columns of a node together.
+inline constexpr std::uint64_t kMaxNodeBytes = std::uint64_t{1} << 32;
 inline constexpr std::size_t kMaxSections = kFirstAttributeSection + kMaxAttributes;
 
 /// Marks "no such node" in the fields parent and first_child.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "formats/error.h"
 
@@ -52,13 +53,18 @@ std::size_t number_of(std::string_view name, std::string_view base) {
   return static_cast<std::size_t>(std::stoul(std::string(digits)));
 }
 
-/// One more than the greatest number in use for `base`, at least 2. Found in one pass: trying one name after
-/// the other takes cubic time on a file that names everything alike.
-std::size_t next_number(const Schema& schema, std::string_view base) {
-  std::size_t greatest = 1;
-  for (const Attribute& attribute : schema)
-    greatest = std::max(greatest, number_of(attribute.name, base));
-  return greatest + 1;
+/// The smallest number from 2 on that is not in use for `base`. Found in one pass: trying one name after the
+/// other takes cubic time on a file that names everything alike. As many numbers as there are attributes,
+/// and one more, cannot all be in use.
+std::size_t free_number(const Schema& schema, std::string_view base) {
+  constexpr std::size_t kFirst = 2;
+  std::vector<bool> used(schema.size() + 1);
+  for (const Attribute& attribute : schema) {
+    const std::size_t number = number_of(attribute.name, base);
+    if (number >= kFirst && number - kFirst < used.size()) used[number - kFirst] = true;
+  }
+  return kFirst +
+         static_cast<std::size_t>(std::find(used.begin(), used.end(), false) - used.begin());
 }
 
 }  // namespace
@@ -100,7 +106,7 @@ void append_attribute(Schema& schema, std::string_view raw, ScalarType type,
   Attribute attribute{
       .name = base, .type = type, .components = static_cast<std::uint8_t>(components)};
   if (find_attribute(schema, base) || !adopt_meaning(attribute))
-    attribute.name = base + "_" + std::to_string(next_number(schema, base));
+    attribute.name = base + "_" + std::to_string(free_number(schema, base));
   schema.push_back(std::move(attribute));
 }
 

@@ -11,6 +11,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/limits.h"
 #include "formats/scans/attribute_naming.h"
 
 namespace cairn::formats {
@@ -83,7 +84,7 @@ void append_at(std::size_t& offset, std::string_view name, ScalarType type, std:
   offset += size;
 }
 
-/// One descriptor of a scalar type or, with components > 1, of what the caller knows to be one.
+/// A descriptor with the type code `code`. `options` is the number of bytes if the code is 0, else 0.
 void write_descriptor(std::string_view name, unsigned code, std::size_t options,
                       std::vector<std::byte>& out) {
   const std::size_t at = out.size();
@@ -116,6 +117,9 @@ void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, 
   const std::vector<Descriptor> usable =
       usable_descriptors(descriptors, layout.record_length_bytes - offset);
   for (std::size_t i = 0; i < usable.size(); ++i) {
+    // Beside it there must be room for the attributes that hold the bytes that are left.
+    const std::size_t rest = layout.record_length_bytes - offset - usable[i].size_bytes();
+    if (schema.size() + 1 + (rest + kMaxComponents - 1) / kMaxComponents > kMaxAttributes) break;
     const bool normal = begins_normal(std::span(usable).subspan(i)) &&
                         !find_attribute(schema, attribute_name::kNormal);
     if (normal) {

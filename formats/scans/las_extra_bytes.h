@@ -19,7 +19,8 @@ inline constexpr std::size_t kExtraBytesDescriptorBytes = 192;
 /// into attributes. Scalars become attributes under their sanitised names, the deprecated pairs and
 /// triples have components, undocumented bytes are u8 x n; three consecutive floating scalars
 /// NormalX, NormalY, NormalZ are `normal`. Bytes that no usable descriptor covers become
-/// `extra_bytes`; descriptors of more bytes than the record has are left out.
+/// `extra_bytes`; descriptors of more bytes than the record has are left out, and so are those with which the
+/// schema would have more than kMaxAttributes (limits.h).
 void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, LasLayout& layout);
 
 /// The reverse, for a writer: appends the attribute to the end of the record and its descriptors to

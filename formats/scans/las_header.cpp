@@ -26,6 +26,7 @@ constexpr std::size_t kRecordLength = 105;
 constexpr std::size_t kLegacyPointCount = 107;
 constexpr std::size_t kScale = 131;
 constexpr std::size_t kOffset = 155;
+constexpr std::size_t kWaveformOffset = 227;
 constexpr std::size_t kEvlrOffset = 235;
 constexpr std::size_t kEvlrCount = 243;
 constexpr std::size_t kPointCount = 247;
@@ -33,6 +34,7 @@ constexpr std::size_t kPointCount = 247;
 constexpr std::uint32_t kVlrHeaderBytes = 54;
 constexpr std::uint16_t kSmallestHeader = 227;
 constexpr std::uint16_t kLargestHeader = 393;
+constexpr std::uint16_t kInternalWaveformBit = 2;
 
 /// The bytes of a header and the file they come from, for messages.
 class Fields {
@@ -125,6 +127,9 @@ void read_counts(const Fields& fields, LasHeader& header) {
                   fmt::format("at most {}, for which there is room before the points", vlr_room));
   const auto legacy = fields.get<std::uint32_t>(kLegacyPointCount);
   header.point_count = legacy;
+  if (header.version_minor >= 3 && header.header_size_bytes >= las_header_size(3) &&
+      (header.global_encoding & kInternalWaveformBit) != 0)
+    header.waveform_offset = fields.get<std::uint64_t>(kWaveformOffset);
   if (header.version_minor < 4) return;
   header.evlr_offset = fields.get<std::uint64_t>(kEvlrOffset);
   header.evlr_count = fields.get<std::uint32_t>(kEvlrCount);

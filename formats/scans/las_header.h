@@ -22,6 +22,7 @@ struct LasHeader {
   std::uint64_t point_count = 0;          ///< as claimed
   std::uint64_t evlr_offset = 0;          ///< 0 if there are none
   std::uint32_t evlr_count = 0;           ///< as claimed
+  std::uint64_t waveform_offset = 0;      ///< of packets within the file, as claimed; 0 if none
   std::array<double, 3> scale{};          ///< finite and > 0
   std::array<double, 3> offset{};         ///< finite
 };
@@ -30,7 +31,7 @@ struct LasHeader {
 std::uint16_t las_header_size(std::uint8_t version_minor);
 
 /// Reads and checks the header. Throws kInput, naming the field, for one that no reader could
-/// follow; point and EVLR counts are returned as claimed and must be held against the file by whoever uses them.
+/// follow; point and EVLR counts and the waveform offset are returned as claimed and must be held against the file by whoever uses them.
 LasHeader read_las_header(const RandomAccessFile& file);
 
 }  // namespace cairn::formats

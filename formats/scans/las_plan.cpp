@@ -105,7 +105,9 @@ void write_common_header(ByteWriter& out, const LasPlan& plan, const ScanInfo& d
   const bool v14 = plan.version_minor >= 4;
   out.write_text("LASF");
   out.write<std::uint16_t>(0);  // file source id: not one flight line
-  out.write<std::uint16_t>(v14 && plan.has_wkt ? kWktBit : 0);
+  // Point formats 6 to 10 demand the bit, whether or not there is a CRS and in whatever form.
+  const bool wkt = las_is_wide(plan.layout.point_format) || (v14 && plan.has_wkt);
+  out.write<std::uint16_t>(wkt ? kWktBit : 0);
   out.pad_to(24);  // GUID: none
   out.write<std::uint8_t>(1);
   out.write(plan.version_minor);

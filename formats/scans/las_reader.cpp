@@ -17,6 +17,25 @@ constexpr std::uint64_t kStretchPoints = 4 * kBlockPoints;
 constexpr std::size_t kReadBytes = std::size_t{128} << 10;
 constexpr std::size_t kPointFormatField = 104;
 
+/// Where the room for points ends, and what is wrong if they do not fit.
+struct PointsEnd {
+  std::uint64_t offset;
+  const char* what;
+};
+
+PointsEnd points_end_of(const LasHeader& header, std::uint64_t file_size_bytes) {
+  PointsEnd end{file_size_bytes, "the file ends before its last point"};
+  const auto end_at = [&](std::uint64_t offset, const char* what) {
+    if (offset >= header.point_data_offset && offset < end.offset) end = {offset, what};
+  };
+  if (header.evlr_count > 0)
+    end_at(header.evlr_offset,
+           "the extended variable length records begin before the end of the points");
+  if (header.waveform_offset > 0)
+    end_at(header.waveform_offset, "the waveform packets begin before the end of the points");
+  return end;
+}
+
 }  // namespace
 
 LasReader::LasReader(const std::filesystem::path& path, const ScanOptions& options)
@@ -48,12 +67,12 @@ LasReader::LasReader(const std::filesystem::path& path, const ScanOptions& optio
 }
 
 std::uint64_t LasReader::present_points(const ScanOptions& options) const {
-  const std::uint64_t room =
-      (file_.size_bytes() - header_.point_data_offset) / header_.record_length_bytes;
+  const PointsEnd end = points_end_of(header_, file_.size_bytes());
+  const std::uint64_t room = (end.offset - header_.point_data_offset) / header_.record_length_bytes;
   if (header_.point_count > room && !options.allow_truncated)
-    throw_input({.what = "the file ends before its last point",
+    throw_input({.what = end.what,
                  .path = file_.path(),
-                 .offset = file_.size_bytes(),
+                 .offset = end.offset,
                  .found = fmt::format("room for {} points", room),
                  .expected = fmt::format("{} points of {} bytes", header_.point_count,
                                          header_.record_length_bytes)});

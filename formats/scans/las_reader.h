@@ -15,7 +15,8 @@ namespace cairn::formats {
 class LasReader : public ScanReader {
  public:
   /// Opens and checks the file. Throws kInput for a damaged or compressed one, and for one that
-  /// ends before the last record that its header claims, unless `options.allow_truncated`.
+  /// ends, or whose EVLRs or waveform packets begin, before the last record that its header claims
+  /// ends, unless `options.allow_truncated`.
   LasReader(const std::filesystem::path& path, const ScanOptions& options);
 
   std::size_t stretch_count() const override;

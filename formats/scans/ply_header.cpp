@@ -16,8 +16,6 @@ namespace cairn::formats {
 namespace {
 
 constexpr std::uint64_t kMaxHeaderBytes = std::uint64_t{1} << 20;
-// More are no point attributes, and every property costs a column in each block.
-constexpr std::size_t kMaxProperties = 1024;
 constexpr std::size_t kMaxElements = 1024;
 constexpr std::size_t kShownBytes = 60;
 
@@ -129,8 +127,8 @@ class HeaderParser {
     const auto same = [&](const PlyProperty& other) { return other.name == property.name; };
     if (std::any_of(properties.begin(), properties.end(), same))
       refuse("a property is described twice", "");
-    if (properties.size() == kMaxProperties)
-      refuse("too many properties", fmt::format("at most {}", kMaxProperties));
+    if (properties.size() == kMaxPlyProperties)
+      refuse("too many properties", fmt::format("at most {}", kMaxPlyProperties));
     properties.push_back(std::move(property));
   }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/limits.h"
 #include "formats/random_access_file.h"
 #include "formats/schema.h"
 
@@ -15,6 +16,9 @@ namespace cairn::formats {
 
 enum class PlyEncoding : std::uint8_t { kAscii, kLittleEndian, kBigEndian };
 std::string_view name_of(PlyEncoding encoding);
+
+/// Properties of an element that are read and written: the position and as many as there may be attributes.
+inline constexpr std::size_t kMaxPlyProperties = kMaxAttributes + 3;
 
 struct PlyProperty {
   std::string name;

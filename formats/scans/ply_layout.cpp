@@ -7,6 +7,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/scalar_value.h"
 #include "formats/scans/attribute_naming.h"
 
 namespace cairn::formats {
@@ -131,41 +132,15 @@ void decode_values(const Rows& rows, const PlyLayout::Field& field, std::size_t 
     store_le(to + i * components * sizeof(T), load<T, BigEndian>(from + i * rows.stride));
 }
 
-/// Calls fn with a value of the C++ type that `type` names.
-template <typename Function>
-void with_type(ScalarType type, Function fn) {
-  switch (type) {
-    case ScalarType::kU8:
-      return fn(std::uint8_t{});
-    case ScalarType::kI8:
-      return fn(std::int8_t{});
-    case ScalarType::kU16:
-      return fn(std::uint16_t{});
-    case ScalarType::kI16:
-      return fn(std::int16_t{});
-    case ScalarType::kU32:
-      return fn(std::uint32_t{});
-    case ScalarType::kI32:
-      return fn(std::int32_t{});
-    case ScalarType::kF32:
-      return fn(float{});
-    case ScalarType::kF64:
-      return fn(double{});
-    case ScalarType::kU64:
-    case ScalarType::kI64:
-      break;  // no PLY type has this width
-  }
-}
-
 template <bool BigEndian>
 void decode_batch(const PlyLayout& layout, const Schema& schema, const Rows& rows,
                   PointBlock& block) {
   for (const PlyLayout::Field& field : layout.position)
-    with_type(field.type, [&](auto value) {
+    with_scalar_type(field.type, [&](auto value) {
       decode_axis<decltype(value), BigEndian>(rows, field, block.world.data());
     });
   for (const PlyLayout::Field& field : layout.fields)
-    with_type(field.type, [&](auto value) {
+    with_scalar_type(field.type, [&](auto value) {
       decode_values<decltype(value), BigEndian>(rows, field, schema[field.attribute].components,
                                                 block.columns[field.attribute].data());
     });

@@ -39,6 +39,7 @@ PlyReader::PlyReader(const std::filesystem::path& path, const ScanOptions& optio
   const std::uint64_t most = reached ? most_points() : 0;
   if ((!reached || info_.claimed_points > most) && !allow_truncated_) refuse_truncated(most);
   info_.present_points = std::min(info_.claimed_points, most);
+  if (!allow_truncated_) check_rest();
 }
 
 bool PlyReader::fixed_size() const {
@@ -75,6 +76,26 @@ std::uint64_t PlyReader::most_points() const {
   // A value takes a digit and what parts it from the next; the last line may lack its end.
   const std::uint64_t line_size = 2 * vertex().properties.size();
   return left / line_size + ((left + 1) % line_size == 0 ? 1 : 0);
+}
+
+/// Holds the vertices and the elements behind them together against the file. What is of unknown size, lists
+/// and text, counts with the fewest bytes that it can take.
+void PlyReader::check_rest() const {
+  const bool text = header_.encoding == PlyEncoding::kAscii;
+  // The last line of a text may lack its end.
+  std::uint64_t left = file_.size_bytes() - vertices_offset_ + (text ? 1 : 0);
+  for (std::size_t i = vertex_; i < header_.elements.size(); ++i) {
+    const PlyElement& element = header_.elements[i];
+    const std::uint64_t row = text ? 2 * element.properties.size() : element.smallest_size_bytes();
+    if (row == 0) continue;
+    if (element.count > left / row)
+      throw_input({.what = fmt::format("the file ends before its last {}", element.name),
+                   .path = file_.path(),
+                   .offset = file_.size_bytes(),
+                   .found = fmt::format("room for at most {} behind what comes before", left / row),
+                   .expected = fmt::format("{}", element.count)});
+    left -= element.count * row;
+  }
 }
 
 std::size_t PlyReader::stretch_count() const {

@@ -30,6 +30,7 @@ class PlyReader : public ScanReader {
   bool find_vertices();
   bool skip_element(const PlyElement& element, std::uint64_t& offset) const;
   std::uint64_t most_points() const;
+  void check_rest() const;
   void read_fixed(std::uint64_t begin, std::uint64_t end, const BlockSink& sink) const;
   void read_rows(const BlockSink& sink) const;
   [[noreturn]] void refuse_truncated(std::uint64_t present) const;

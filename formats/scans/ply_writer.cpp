@@ -12,6 +12,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/scans/ply_header.h"
 #include "formats/scans/resize_block.h"
 
 namespace cairn::formats {
@@ -69,6 +70,12 @@ PlyWriter::PlyWriter(std::filesystem::path path, const ScanInfo& description,
       expected_points_(expected_points),
       part_(path_, replace) {
   plan_properties();
+  constexpr std::size_t kPositionProperties = 3;
+  if (properties_.size() + kPositionProperties > kMaxPlyProperties)
+    throw_usage(
+        fmt::format("cannot write {}: the attributes need {} properties, more than the {} of a "
+                    "vertex",
+                    path_.string(), properties_.size() + kPositionProperties, kMaxPlyProperties));
   const std::string text = header(0);
   part_.file().append(std::as_bytes(std::span(text.data(), text.size())));
 }

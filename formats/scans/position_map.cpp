@@ -1,27 +1,47 @@
 #include "formats/scans/position_map.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cairn::formats {
 namespace {
 
-constexpr double kWholeTolerance = 1e-6;
 /// Beyond this a double cannot tell neighbouring whole numbers.
 constexpr double kLargestWhole = 9007199254740992.0;  // 2^53
+/// Relative rounding of a decimal fraction as a double, and of one operation on doubles.
+constexpr double kRounding = 1.0 / kLargestWhole;
+/// Grid steps that no position may be off by, unless the rounding of scales alone explains it.
+constexpr double kStepTolerance = 1e-3;
 
-std::optional<std::int64_t> whole_number(double value) {
+std::optional<std::int64_t> whole_number(double value, double tolerance) {
   const double nearest = std::round(value);
-  if (!(std::fabs(value - nearest) <= kWholeTolerance) || std::fabs(nearest) > kLargestWhole)
+  if (!(std::fabs(value - nearest) <= tolerance) || std::fabs(nearest) > kLargestWhole)
     return std::nullopt;
   return static_cast<std::int64_t>(nearest);
+}
+
+/// Any int32 may multiply the factor, and its error with it. Three roundings, of both scales and of their
+/// ratio, are less than a millionth of a scan step even then.
+std::optional<std::int64_t> whole_factor(double scan_scale, double grid_step) {
+  const double ratio = scan_scale / grid_step;
+  return whole_number(ratio, std::max(kStepTolerance / 2147483648.0, 3 * kRounding * ratio));
+}
+
+/// A millionth of a step, more where offsets are so large that their own rounding shows.
+std::optional<std::int64_t> whole_addend(double scan_offset, double grid_offset, double grid_step) {
+  const double steps = (scan_offset - grid_offset) / grid_step;
+  const double rounding =
+      kRounding *
+      ((std::fabs(scan_offset) + std::fabs(grid_offset)) / grid_step + 3 * std::fabs(steps));
+  return whole_number(steps, std::clamp(rounding, 1e-6, kStepTolerance));
 }
 
 }  // namespace
 
 std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step,
                                 double grid_offset) {
-  const auto factor = whole_number(scan_scale / grid_step);
-  const auto addend = whole_number((scan_offset - grid_offset) / grid_step);
+  const auto factor = whole_factor(scan_scale, grid_step);
+  const auto addend = whole_addend(scan_offset, grid_offset, grid_step);
   // The product with an int32 must stay far from the end of int64.
   if (!factor || !addend || *factor < 1 || *factor > (std::int64_t{1} << 30)) return std::nullopt;
   return AxisFit{*factor, *addend};

@@ -18,7 +18,8 @@ struct AxisFit {
 };
 
 /// The fit of LAS steps of `scan_scale` from `scan_offset`, if they are whole grid steps. Scales and offsets
-/// are decimal fractions rounded to doubles: a millionth of a step counts as whole.
+/// are decimal fractions rounded to doubles, so what their rounding explains counts as whole, and so does
+/// what moves no int32 position by more than about a thousandth of a grid step.
 std::optional<AxisFit> fit_axis(double scan_scale, double scan_offset, double grid_step,
                                 double grid_offset);
 

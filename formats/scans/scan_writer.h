@@ -39,10 +39,13 @@ std::optional<ScanFormat> scan_format_of(const std::filesystem::path& path);
 /// 1.4 for waveforms, near infrared, 16-bit scan angles, values that formats 0 to 5 have no bits for (those
 /// may come late: the file is then converted), attributes that LAS has no field for (these become extra
 /// bytes), more than 2^32 - 1 points, or a CRS in WKT alone. 8-bit colours are written times 257.
+/// Point formats 6 to 10 say that the CRS is in WKT, as the specification demands; a CRS that is known as
+/// GeoTIFF keys alone is written as those keys all the same.
 ///
 /// PLY is binary little-endian with world coordinates as doubles; it has no CRS, so that is not written.
 /// Attributes of several components get one property each, NAME_0, NAME_1, ...; 64-bit integers, which PLY
-/// lacks, are written as doubles if that is exact, else refused (kUsage).
+/// lacks, are written as doubles if that is exact, else refused (kUsage), as are more properties than the PLY
+/// reader takes.
 std::unique_ptr<ScanWriter> create_scan_writer(const std::filesystem::path& path,
                                                const ScanInfo& description,
                                                std::uint64_t expected_points, bool replace = false);

@@ -9,6 +9,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/limits.h"
 #include "formats/scalar_value.h"
 
 namespace cairn::stages {
@@ -129,6 +130,13 @@ Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
   if (const auto radius = formats::find_attribute(schema, formats::attribute_name::kRadius))
     std::rotate(schema.begin() + static_cast<std::ptrdiff_t>(*radius),
                 schema.begin() + static_cast<std::ptrdiff_t>(*radius) + 1, schema.end());
+  const bool has_radius = !schema.empty() && schema.back().name == formats::attribute_name::kRadius;
+  if (const std::size_t count = schema.size() - (has_radius ? 1 : 0);
+      count > formats::kMaxAttributes)
+    formats::throw_input(
+        {.what = "the scans have too many attributes together",
+         .found = std::to_string(count),
+         .expected = "at most " + std::to_string(formats::kMaxAttributes) + " (drop some)"});
   return schema;
 }
 

@@ -15,8 +15,9 @@ namespace cairn::stages {
 /// The union of the scans' attributes in order of first appearance, the radius last, those named in
 /// `drop` left out and, if `keep` is not empty, all others than those named there. Where types differ the
 /// narrowest type that holds both is taken (8-bit colours are widened by 257). A scan without an attribute
-/// has zeros there. Throws Error (kInput) where the component counts of an attribute that stays differ, and
-/// Error (kUsage) if `drop` or `keep` names an attribute no scan has.
+/// has zeros there. Throws Error (kInput) where the component counts of an attribute that stays differ or
+/// more than formats::kMaxAttributes stay, and Error (kUsage) if `drop` or `keep` names an attribute no scan
+/// has.
 formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
                               const std::vector<std::string>& drop,
                               const std::vector<std::string>& keep = {});

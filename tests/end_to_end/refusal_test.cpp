@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/las_bytes.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/tiny_scans.h"
 
@@ -64,6 +65,18 @@ TEST_F(Refusal, AFileThatEndsEarlyIsRefusedOrCounted) {
       cairn({"verify", "--progress", "none", output(), "--against", scan, "--allow-truncated"})
           .exit_code,
       0);
+}
+
+TEST_F(Refusal, ClaimsThatCannotBeAddedUpAreRefused) {
+  const auto claim = [&](const char* name) {
+    LasBytes las{.minor = 4, .point_format = 6, .records = {std::string(30, '\0')}};
+    std::string bytes = las.build();
+    put_at<std::uint64_t>(bytes, 247, (std::uint64_t{1} << 63) + 1);
+    return folder_.write(name, bytes).string();
+  };
+  const Outcome outcome = build({claim("a.las"), claim("b.las"), "--allow-truncated"});
+  expect_refusal(outcome, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("more points than can be counted"));
 }
 
 TEST_F(Refusal, AnExistingOutputStandsWithoutForce) {

@@ -63,7 +63,7 @@ TEST_F(Usage, AnUnknownFlagPointsToTheHelp) {
 
 TEST_F(Usage, AnUnknownCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_THAT(cairn({"bild"}).err, HasSubstr("unknown command 'bild'; did you mean 'build'?"));
-  EXPECT_THAT(cairn({"transmogrify"}).err, HasSubstr("commands are build, info, verify, export"));
+  EXPECT_THAT(cairn({"transmogrify"}).err, HasSubstr("commands are build, info, verify, report, export"));
 }
 
 TEST_F(Usage, HelpTellsWhatIsAllowed) {

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+#include <string_view>
 #include <thread>
 
+#include "formats/checksum.h"
 #include "tests/support/tiny_dataset.h"
 
 namespace cairn::formats {
@@ -104,6 +107,18 @@ TEST_F(DatasetReaderTest, NamesFileAndOffsetOfDamage) {
   SectionSet positions;
   positions.set(kPositionSection);
   EXPECT_NO_THROW(reader.read_node(NodeId{2}, positions));
+}
+
+TEST_F(DatasetReaderTest, RefusesMetadataThatIsNotJsonUnderRightChecksums) {
+  for (const std::string_view text : {"{\"x\":1e999}", "{", "", "[]"}) {
+    const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
+    test::write_file(folder_ / dataset_file::kMetadata, bytes);
+    test::edit_index(folder_.path(), [&](DatasetIndex& index) {
+      index.head.metadata_size_bytes = bytes.size();
+      index.head.metadata_checksum = checksum_of(bytes);
+    });
+    EXPECT_EQ(kind_of_refusal(folder_.path()), ErrorKind::kInput) << text;
+  }
 }
 
 TEST_F(DatasetReaderTest, MissingFilesAreSystemErrors) {

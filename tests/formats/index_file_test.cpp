@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "formats/bytes.h"
@@ -210,6 +211,67 @@ TEST(IndexFile, NamesWhatIsImpossible) {
             "section reaches beyond the end of the nodes of node 0");
   EXPECT_EQ(refusal_after<std::uint64_t>(kRecord + 184 + 72, 21), "section out of place of node 0");
   EXPECT_EQ(refusal_after<std::uint64_t>(32, 61), "bytes behind the last node");
+}
+
+/// What parse says of the tiny dataset's index after `change`, its checksums being right.
+std::string refusal_of(const std::function<void(DatasetIndex&)>& change) {
+  test::TemporaryFolder folder;
+  test::write_tiny_dataset(folder.path(), test::make_tiny_tree(test::tiny_header()));
+  test::edit_index(folder.path(), change);
+  const auto error = parse(test::read_file(folder / "index.bin"));
+  return error ? error->what : "accepted";
+}
+
+TEST(IndexFile, InnerNodesHoldNoMorePointsThanTheTreeGivesThem) {
+  // 43 points in 4 leaves: nodes of 11 points. Node 1 is an inner one of 11.
+  const auto claim = [](std::uint32_t points) {
+    return [points](DatasetIndex& index) {
+      NodeRecord& node = index.nodes[1];
+      node.point_count = points;
+      node.weight = 43;
+      node.block_start = {0, 1, points};
+    };
+  };
+  EXPECT_EQ(refusal_of(claim(11)), "accepted");
+  EXPECT_EQ(refusal_of(claim(12)), "impossible number of points of node 1");
+  EXPECT_EQ(refusal_of(claim(43)), "impossible number of points of node 1");
+}
+
+/// A head that claims 2^24 points a node with attributes of 255 doubles: `attributes` of them.
+std::string refusal_of_head(std::size_t attributes, std::uint64_t points) {
+  DatasetIndex index = smallest_index();
+  DatasetHeader& header = index.head.dataset;
+  header.schema.clear();
+  for (std::size_t i = 0; i < attributes; ++i)
+    header.schema.push_back({"a" + std::to_string(i), ScalarType::kF64, 1, ReduceRule::kNone});
+  NodeRecord& record = index.nodes[0];
+  record.sections.assign(4 + attributes, SectionRef{60, 0, 0});
+  record.sections[0] = {0, 60, 1};
+  std::vector<std::byte> bytes = write_index(index);
+  store_le<std::uint64_t>(bytes.data() + 144, points);
+  store_le<std::uint64_t>(bytes.data() + 152, points);
+  resign(bytes, header);
+  const auto error = parse(bytes);
+  return error ? error->what : "accepted";
+}
+
+TEST(IndexFile, BoundsTheBytesOfANode) {
+  // 28 bytes a point and 8 an attribute: 28 + 8 * 28 = 252 bytes are less than 2^32 / 2^24 = 256.
+  EXPECT_NE(refusal_of_head(28, 1 << 24), "too many bytes a node");
+  EXPECT_EQ(refusal_of_head(29, 1 << 24), "too many bytes a node");
+  EXPECT_EQ(refusal_of_head(1000, 1 << 20), "too many bytes a node");
+  EXPECT_EQ(refusal_of_head(28, (1 << 24) + 1), "too many points a node");
+}
+
+TEST(IndexFile, NamesAreOfPlainCharacters) {
+  // The name "color" begins at byte 204.
+  for (const char c : {'C', ' ', '"', '\n', '\0', '\x1b', '\xc3', '/', '-'})
+    EXPECT_EQ(refusal_after<char>(204, c), "bad name of attribute") << int{c};
+  for (const char c : {'a', 'z', '0', '9', '_'})
+    EXPECT_EQ(refusal_after<char>(204, c), "accepted") << c;
+  DatasetIndex index = smallest_index();
+  index.head.dataset.schema[0].name = "two words";
+  EXPECT_THROW(write_index(index), Error);
 }
 
 TEST(IndexFile, HeadAndPagesCanBeReadApart) {

@@ -304,13 +304,43 @@ TEST_F(LasReader, RefusesEvlrsThatDoNotFitUnlessTruncationIsAllowed) {
   put_at<std::uint64_t>(bytes, at + 20, std::numeric_limits<std::uint64_t>::max());
   refuse_or_drop(bytes, "does not fit");
   bytes = whole;
-  put_at<std::uint64_t>(bytes, 235, 376);  // among the points
+  put_at<std::uint64_t>(bytes, 235, 300);  // within the header
   refuse_or_drop(bytes, "before the end of the points");
   put_at<std::uint64_t>(bytes, 235, std::numeric_limits<std::uint64_t>::max());
   refuse_or_drop(bytes, "behind the end of the file");
   bytes = whole;
   put_at<std::uint32_t>(bytes, 243, 4000000000u);
   refuse_or_drop(bytes, "number of extended variable length records cannot be true");
+}
+
+TEST_F(LasReader, DoesNotTakeEvlrsForPoints) {
+  LasBytes las = file_of(6);
+  las.evlrs = {test::vlr_bytes("LASF_Projection", 2112, std::string(100, 'x'), true)};
+  std::string bytes = las.build();
+  put_at<std::uint64_t>(bytes, 247, 5);
+  expect_refused(bytes, "records begin before the end of the points");
+  const auto scan = read(bytes, {.allow_truncated = true});
+  EXPECT_EQ(scan.points.count, 1u);
+  EXPECT_EQ(scan.info.claimed_points, 5u);
+  EXPECT_EQ(scan.info.crs.size(), 1u);
+}
+
+TEST_F(LasReader, DoesNotTakeWaveformPacketsForPoints) {
+  for (const int format : {4, 9}) {
+    std::string bytes = file_of(format).build();
+    const std::size_t packets = bytes.size();
+    bytes += test::vlr_bytes("LASF_Spec", 65535, std::string(500, 'w'), true);
+    put_at<std::uint64_t>(bytes, 227, packets);
+    if (format == 4)
+      put_at<std::uint32_t>(bytes, 107, 3);
+    else
+      put_at<std::uint64_t>(bytes, 247, 3);
+    // The offset counts only where the file says that the packets are within.
+    EXPECT_EQ(read(bytes).points.count, 3u);
+    put_at<std::uint16_t>(bytes, 6, 2);
+    expect_refused(bytes, "waveform packets begin before the end of the points");
+    EXPECT_EQ(read(bytes, {.allow_truncated = true}).points.count, 1u);
+  }
 }
 
 TEST_F(LasReader, RefusesEndlessCoordinateSystems) {
@@ -360,6 +390,29 @@ TEST_F(LasReader, TurnsDocumentedExtraBytesIntoAttributes) {
   EXPECT_EQ(scan.value<float>("triple", 0, 2), 0.125f);
   EXPECT_EQ(scan.value<std::uint8_t>("extra_bytes", 0, 1), 'z');
   EXPECT_EQ(scan.value<std::uint8_t>("extra_bytes_2", 0, 3), 'l');
+}
+
+TEST_F(LasReader, KeepsExtraBytesThatAreTooManyAttributesAsBytes) {
+  LasBytes las = file_of(0);
+  std::string entries;
+  for (int i = 0; i < 65000; ++i) entries += test::extra_bytes_entry("v" + std::to_string(i), 1);
+  std::string extra;
+  for (int i = 0; i < 65000; ++i) extra += static_cast<char>(i % 251);
+  las.minor = 4;
+  las.records = {narrow_record() + extra};
+  las.evlrs = {test::vlr_bytes("LASF_Spec", 4, entries, true)};
+  const auto scan = read(las.build());
+  ASSERT_EQ(scan.info.schema.size(), 1020u);
+  std::size_t bytes = 0, described = 0;
+  for (const Attribute& attribute : scan.info.schema) {
+    bytes += attribute.size_bytes();
+    if (attribute.name.starts_with("v")) ++described;
+  }
+  EXPECT_GE(bytes, 65000u);
+  EXPECT_EQ(scan.value<std::uint8_t>("v0", 0), 0);
+  EXPECT_EQ(scan.value<std::uint8_t>("v" + std::to_string(described - 1), 0),
+            (described - 1) % 251);
+  EXPECT_EQ(scan.value<std::uint8_t>("extra_bytes", 0, 0), described % 251);
 }
 
 TEST_F(LasReader, ReadsNormalsAndRadiiFromExtraBytes) {

@@ -243,6 +243,22 @@ TEST_F(LasWriter, WktIsAnnouncedInTheGlobalEncoding) {
   EXPECT_EQ(test::read_points(folder_ / "out.las").info.crs, scan.info.crs);
 }
 
+TEST_F(LasWriter, PointFormatsFromSixOnAlwaysSetTheWktBit) {
+  // LAS 1.4 R15, "Global Encoding": bit 4 must be set for point formats 6 to 10.
+  MadeScan scan;
+  scan.add<std::int16_t>("scan_angle", ScalarType::kI16, {100, -100});
+  std::string bytes = written(scan);
+  ASSERT_EQ(get_at<std::uint8_t>(bytes, 104), 6);
+  EXPECT_EQ(get_at<std::uint16_t>(bytes, 6), 16);
+  scan.info.crs = {{"LASF_Projection", 34735, "keys", std::vector<std::byte>(8, std::byte{1})}};
+  bytes = written(scan);
+  EXPECT_EQ(get_at<std::uint16_t>(bytes, 6), 16);
+  EXPECT_EQ(test::read_points(folder_ / "out.las").info.crs, scan.info.crs);
+  MadeScan narrow;
+  narrow.info.crs = scan.info.crs;
+  EXPECT_EQ(get_at<std::uint16_t>(written(narrow), 6), 0);
+}
+
 TEST_F(LasWriter, LongCoordinateSystemsGoBehindThePoints) {
   MadeScan scan;
   scan.info.crs = {{"LASF_Projection", 34735, "keys", std::vector<std::byte>(8, std::byte{1})},

@@ -111,6 +111,32 @@ TEST_F(MetadataTest, RefusesASettingThatIsNotJson) {
   EXPECT_THROW(write(extras), Error);
 }
 
+TEST_F(MetadataTest, NumbersThatNothingHoldsAreRefused) {
+  std::vector<VariableLengthRecord> crs;
+  EXPECT_TRUE(check_metadata(R"({"x":1e999})", tree_.header));
+  EXPECT_TRUE(read_metadata_crs(R"({"x":1e999})", crs));
+  EXPECT_TRUE(check_metadata_text(R"({"x":1e999})"));
+  EXPECT_TRUE(check_metadata_text(R"({"x":)"));
+  EXPECT_TRUE(check_metadata_text("[1]"));
+  EXPECT_TRUE(check_metadata_text("{\"x\":\"\xff\"}"));
+  EXPECT_FALSE(check_metadata_text(R"({"x":1e300})"));
+}
+
+TEST_F(MetadataTest, RecordIdsBeyondTheirTypeAreRefused) {
+  const auto read = [](const std::string& id) {
+    std::vector<VariableLengthRecord> crs;
+    const bool refused = read_metadata_crs(R"({"crs":{"records":[{"user_id":"u","record_id":)" +
+                                               id + R"(,"description":"","data_base64":""}]}})",
+                                           crs)
+                             .has_value();
+    return refused ? -1 : int{crs.at(0).record_id};
+  };
+  EXPECT_EQ(read("65535"), 65535);
+  for (const char* id :
+       {"65536", "70000", "-1", "1.5", "1e3", "null", "\"7\"", "18446744073709551616"})
+    EXPECT_EQ(read(id), -1) << id;
+}
+
 TEST_F(MetadataTest, ContradictionsToTheIndexAreNamed) {
   write({});
   EXPECT_FALSE(check_metadata(text_, tree_.header));

@@ -165,6 +165,30 @@ TEST(NodeCodec, SurvivesEveryChangedByte) {
   }
 }
 
+TEST(NodeCodec, RefusesPositionCodesThatAreNone) {
+  const test::TinyTree tree = test::make_tiny_tree(test::tiny_header());
+  const Encoded node = encode(tree, NodeId{3}, Codec::kNone);
+  std::vector<std::byte> plain(2 + 6 * node.record.point_count);  // filter plain, codec none
+  NodeData points;
+  auto sections = node.sections;
+  const auto decode_plain = [&] {
+    sections[kPositionSection] = plain;
+    std::size_t failed = 99;
+    const auto error = decode_node(tree.header, node.record, block_of(tree, node.record.id),
+                                   sections, all_sections(), points, failed);
+    if (error) EXPECT_EQ(failed, kPositionSection);
+    return error ? error->what : "accepted";
+  };
+  EXPECT_EQ(decode_plain(), "accepted");
+  const GridBox& box = node.record.position_box;
+  ASSERT_LT(box.span(0), 65535U);
+  store_le(plain.data() + 2 + 6, static_cast<std::uint16_t>(box.span(0)));
+  EXPECT_EQ(decode_plain(), "accepted");
+  EXPECT_EQ(points.position[1][0], box.max[0]);
+  store_le(plain.data() + 2 + 6, static_cast<std::uint16_t>(box.span(0) + 1));
+  EXPECT_EQ(decode_plain(), "a position code above the largest");
+}
+
 TEST(NodeCodec, RefusesRunsThatDoNotAddUp) {
   const test::TinyTree tree = test::make_tiny_tree(test::tiny_header());
   Encoded node = encode(tree, NodeId{5});

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 
 #include "formats/error.h"
@@ -144,6 +145,54 @@ TEST_F(PlyReader, ManyPropertiesThatAreNamedAlikeGetNumbers) {
   EXPECT_EQ(scan.value<std::uint8_t>("a", 0), 0);
   EXPECT_EQ(scan.value<std::uint8_t>("a_2", 0), 1);
   EXPECT_EQ(scan.value<std::uint8_t>("a_1000", 0), 999 % 256);
+}
+
+TEST_F(PlyReader, NumbersOfNamesNeverMeetOneInUse) {
+  std::string header = "element vertex 1\n" + kXyz;
+  for (const char* name : {"a", "a_999999999", "a!", "a?", "a_2", "a#", "a_5", "a$", "a%"})
+    header += "property uchar " + std::string(name) + "\n";
+  const auto scan = read(ascii(header, "1 2 3 10 11 12 13 14 15 16 17 18\n"));
+  ASSERT_EQ(scan.info.schema.size(), 9u);
+  std::set<std::string> names;
+  for (const Attribute& attribute : scan.info.schema) names.insert(attribute.name);
+  EXPECT_EQ(names.size(), 9u);
+  EXPECT_EQ(scan.value<std::uint8_t>("a", 0), 10);
+  EXPECT_EQ(scan.value<std::uint8_t>("a_999999999", 0), 11);
+  EXPECT_EQ(scan.value<std::uint8_t>("a_2", 0), 12);
+  EXPECT_EQ(scan.value<std::uint8_t>("a_3", 0), 13);
+}
+
+TEST_F(PlyReader, HoldsNoMoreAttributesThanADataset) {
+  std::string header = "element vertex 0\n" + kXyz;
+  for (int i = 0; i < 1020; ++i) header += "property uchar p" + std::to_string(i) + "\n";
+  EXPECT_EQ(read(ascii(header, "")).info.schema.size(), 1020u);
+  expect_refused(ascii(header + "property uchar last\n", ""), "too many properties");
+}
+
+TEST_F(PlyReader, RefusesFilesCutBehindTheVertices) {
+  const std::string faces = "element face 3\nproperty uchar list_less\nproperty float area\n";
+  const auto binary = [&](const std::string& count, const std::string& elements, std::size_t size) {
+    return "ply\nformat binary_little_endian 1.0\nelement vertex " + count + "\n" + kXyz +
+           elements + "end_header\n" + std::string(size, '\0');
+  };
+  EXPECT_EQ(read(binary("2", faces, 24 + 15)).points.count, 2u);
+  expect_refused(binary("2", faces, 24 + 14), "the file ends before its last face");
+  EXPECT_EQ(read(binary("2", faces, 24 + 14), {.allow_truncated = true}).points.count, 2u);
+  // A third vertex would be made of the faces' bytes.
+  expect_refused(binary("3", faces, 24 + 15), "the file ends before its last face");
+  // Lists take at least the bytes of their lengths.
+  const std::string lists = "element face 5\nproperty list int int vertex_indices\n";
+  EXPECT_EQ(read(binary("2", lists, 24 + 20)).points.count, 2u);
+  expect_refused(binary("2", lists, 24 + 19), "the file ends before its last face");
+  expect_refused(binary("2", "element face 18446744073709551615\nproperty int i\n", 40),
+                 "the file ends before its last face");
+  // A line of text has a digit and a blank or an end for each value.
+  const auto text = [&](const std::string& data) {
+    return ascii("element vertex 1\n" + kXyz + "element edge 2\nproperty int a\nproperty int b\n",
+                 data);
+  };
+  EXPECT_EQ(read(text("1 2 3\n0 1\n1 0")).points.count, 1u);
+  expect_refused(text("1 2 3\n0 1\n"), "the file ends before its last edge");
 }
 
 TEST_F(PlyReader, PassesOverListsAndOtherElements) {

@@ -92,6 +92,31 @@ TEST(PlyWriter, RefusesIntegersThatADoubleDoesNotHold) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+TEST(PlyWriter, RefusesMorePropertiesThanTheReaderTakes) {
+  const test::TemporaryFolder folder;
+  ScanInfo info;
+  for (int i = 0; i < 4; ++i)
+    info.schema.push_back({"a" + std::to_string(i), ScalarType::kU8, 255, ReduceRule::kNone});
+  PointBlock block;
+  block.count = 1;
+  block.world = {{1, 2, 3}};
+  block.columns.assign(4, std::vector<std::byte>(255, std::byte{7}));
+  {
+    const auto writer = create_scan_writer(folder / "out.ply", info, 1);
+    writer->write(block);
+    writer->finish();
+  }
+  EXPECT_EQ(test::read_points(folder / "out.ply").info.schema.size(), 1020u);
+  info.schema.push_back({"last", ScalarType::kU8, 1, ReduceRule::kNone});
+  try {
+    create_scan_writer(folder / "more.ply", info, 1);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "more.ply"));
+}
+
 TEST(PlyWriter, EveryRealPlyComesBackAsTheSamePoints) {
   const auto entries = test::read_manifest(kShared / "MANIFEST.tsv");
   if (entries.empty()) GTEST_SKIP() << "no shared scans";

@@ -120,15 +120,19 @@ TEST(PositionQuantizer, EndsOfTheBoxDecodeToThemselves) {
   }
 }
 
-TEST(PositionQuantizer, CodesOutOfRangeStayInTheBox) {
+TEST(PositionQuantizer, FindsCodesThatAreNone) {
+  // Largest codes: the span of 20, 2^12 - 1, the span of 3.
   const PositionQuantizer quantizer({{-10, 0, INT32_MAX - 3}, {10, 1'000'000, INT32_MAX}}, 12);
-  for (const std::uint16_t code :
-       {std::uint16_t{4095}, std::uint16_t{4096}, std::uint16_t{65535}}) {
-    const std::array<std::uint16_t, 3> codes{code, code, code};
-    GridPoint point;
-    quantizer.decode(codes, std::span(&point, 1));
-    EXPECT_EQ(point, quantizer.box().max);
-  }
+  const std::array<std::uint16_t, 6> right{20, 4095, 3, 0, 0, 0};
+  EXPECT_EQ(quantizer.first_beyond(right), std::nullopt);
+  for (std::size_t i = 0; i < 6; ++i)
+    for (const int code : {right[i % 3] + 1, 65535}) {
+      std::array<std::uint16_t, 6> wrong = right;
+      wrong[i] = static_cast<std::uint16_t>(code);
+      EXPECT_EQ(quantizer.first_beyond(wrong), i) << code;
+    }
+  const std::array<std::uint32_t, 3> wide{20, 4095, 0xFFFFFFFF};
+  EXPECT_EQ(quantizer.first_beyond(wide), 2U);
 }
 
 TEST(PositionQuantizer, SixteenBitCodesEqualWideOnes) {

@@ -80,6 +80,20 @@ TEST_F(ImportTest, WholeMultiplesOfAScaleAreLosslessToo) {
   EXPECT_DOUBLE_EQ(world[1][0], 1.001);
 }
 
+TEST_F(ImportTest, ScalesThatAreNearlyEqualAreNotTakenForOne) {
+  const double near = static_cast<double>(0.01F);  // 2.2e-10 less than 0.01
+  Scans scans;
+  scans.push_back(
+      test::steps_scan({}, {steps_block({{0, 0, 0}, {500000000, 0, 0}})}, {0.01, 0.01, 0.01}));
+  scans.push_back(test::steps_scan({}, {steps_block({{500000000, 0, 0}})}, {near, near, near}));
+  const ImportedPoints points = import_scans(scans, {}, context());
+  const auto world = world_of(points);
+  // As if the scales were one, the last would be 0.11 from its place.
+  EXPECT_NEAR(world[1][0], 5e6, points.grid.step[0]);
+  EXPECT_NEAR(world[2][0], near * 500000000, points.grid.step[0]);
+  EXPECT_LT(points.grid.step[0], 0.01);
+}
+
 TEST_F(ImportTest, LasIntegersMaySpanAllOfInt32) {
   Scans scans;
   scans.push_back(test::steps_scan({}, {steps_block({{INT32_MIN, 0, 0}, {INT32_MAX, 0, 0}})}));
@@ -180,6 +194,29 @@ TEST_F(ImportTest, MergesSchemasWideningColoursAndFillingZeros) {
   std::memcpy(values + 4, points.array.bytes().data() + points.stride + 12, 8);
   EXPECT_EQ(std::vector<std::uint16_t>(values, values + 8),
             (std::vector<std::uint16_t>{65535, 257, 0, 0, 65535, 256, 0, 77}));
+}
+
+TEST_F(ImportTest, RefusesScansWithTooManyAttributesTogether) {
+  Schema one, other;
+  PointBlock block = steps_block({{0, 0, 0}});
+  for (int i = 0; i < 511; ++i) {
+    one.push_back({"a" + std::to_string(i), ScalarType::kU8, 1, ReduceRule::kNone});
+    other.push_back({"b" + std::to_string(i), ScalarType::kU8, 1, ReduceRule::kNone});
+    add_column<std::uint8_t>(block, {1});
+  }
+  Scans scans;
+  scans.push_back(test::steps_scan(one, {block}));
+  scans.push_back(test::steps_scan(other, {block}));
+  try {
+    import_scans(scans, {}, context());
+    ADD_FAILURE() << "not refused";
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kInput);
+    EXPECT_NE(std::string(error.what()).find("1022"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(
+      import_scans(scans, {.drop = {"a0", "b0"}, .keep = {}, .resolution = {}}, context()).points,
+      2U);
 }
 
 TEST_F(ImportTest, RefusesToDropWhatIsNotThere) {
