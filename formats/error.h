@@ -48,7 +48,7 @@ class Error : public std::runtime_error {
 [[noreturn]] void throw_system(std::string what, const std::filesystem::path& path,
                                int system_errno);
 
-/// A programmer's error: prints both values' description and throws kInvariant.
+/// A programmer's error: throws kInvariant with the condition's text and where it stands.
 #define CAIRN_CHECK(condition)                                                       \
   do {                                                                               \
     if (!(condition)) ::cairn::formats::throw_check(#condition, __FILE__, __LINE__); \

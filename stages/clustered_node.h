@@ -16,7 +16,7 @@ struct ClusteredNode {
   formats::NodeId id{};
   formats::NodeData points;
   std::vector<std::uint32_t> block_start;  ///< N + 1 entries as in NodeRecord
-  formats::GridBox subtree_box;            ///< tight box of all decoded points below this node
+  formats::GridBox subtree_box;            ///< tight box of all input points below this node
   std::uint64_t weight = 0;
   double squared_error =
       0;  ///< sum over input points of the squared world distance to their representative here

@@ -61,7 +61,7 @@ formats::NormalCone cone_of(const formats::Schema& schema, const NodeData& decod
   return cone;
 }
 
-/// The smallest factor, rounded up, by which the decoded radii cover what the points stand for;
+/// A factor, rounded up, by which the decoded radii cover what the points stand for;
 /// infinite where a point without extent stands for something that has one.
 float cover_factor_of(const std::vector<double>& reach, const NodeData& decoded,
                       double displacement_bound) {
@@ -140,12 +140,6 @@ std::vector<PackedNode> Packer::finish() {
       throw formats::Error(formats::ErrorKind::kInvariant,
                            {.what = "node " + std::to_string(id) + " was never packed"});
   return std::exchange(nodes_, {});
-}
-
-const PackedNode& Packer::packed(formats::NodeId id) const {
-  CAIRN_CHECK(formats::value_of(id) < nodes_.size() &&
-              nodes_[formats::value_of(id)].size_bytes != 0);
-  return nodes_[formats::value_of(id)];
 }
 
 }  // namespace cairn::stages

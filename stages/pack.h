@@ -33,9 +33,6 @@ class Packer final : public NodeSink {
   /// afterwards.
   std::vector<PackedNode> finish();
 
-  /// A node taken already; requires that its `take` has returned.
-  const PackedNode& packed(formats::NodeId id) const;
-
  private:
   void store(PackedNode node);
 
@@ -47,7 +44,7 @@ class Packer final : public NodeSink {
 };
 
 /// The record of a node as its decoded points will show it, without sections: cone, cover factor,
-/// bound, RMS and box. `points` are the node's points before quantisation, `decoded` after.
+/// bound, RMS and box. `decoded` are the node's points after quantisation.
 formats::NodeRecord describe_node(const formats::DatasetHeader& header, const ClusteredNode& node,
                                   const formats::NodeData& decoded, double displacement_bound);
 

@@ -63,7 +63,8 @@ struct NodeRecord {
       position_box;  ///< tight box of the node's points before quantisation: the quantiser's frame
   float radius_min = 0;  ///< world units: extremes of the node's splat radii
   float radius_max = 0;
-  /// The smallest factor by which the decoded radii, as spheres, cover the spheres that they stand for; 1 in leaves.
+  /// By this factor the decoded radii, as spheres, cover the spheres that they stand for; 1 in leaves. The smallest
+  /// that is certain before the points below are decoded: a little more than the decoded points need.
   float cover_factor = 1;
   double rms =
       0;  ///< world units: RMS distance of input points to their representative in this node

@@ -27,8 +27,8 @@ struct LasRecords {
   std::uint64_t kept_bytes = 0;  ///< memory that all of these take, about; bounded
 };
 
-/// Reads the records before and (LAS 1.4) behind the points. `points_end` is the end of the claimed
-/// point records. Throws kInput for EVLRs that overlap the points or the end of the file, unless
+/// Reads the records before and (LAS 1.4) behind the points. `points_end` is the end of the point
+/// records that are read. Throws kInput for EVLRs that overlap the points or the end of the file, unless
 /// `allow_truncated`: then those are left out.
 LasRecords read_las_records(const RandomAccessFile& file, const LasHeader& header,
                             std::uint64_t points_end, bool allow_truncated);

@@ -2,7 +2,6 @@
 #include "stages/verify/verify.h"
 
 #include <CLI/CLI.hpp>
-#include <mutex>
 #include <thread>
 
 #include "formats/dataset/dataset_reader.h"
@@ -93,14 +92,8 @@ class VerifyCommand : public Command {
                                                 const formats::DatasetHeader& header) const {
     if (scans.empty()) return std::nullopt;
     return [this, &scans, &header](const stages::RecordSink& sink) {
-      std::mutex mutex;
       stages::run_in_arena(threads_, [&] {
-        stages::stream_canonical_records(
-            scans, formats::digest_schema(header), header.grid,
-            [&](std::span<const std::byte> records, std::size_t stride) {
-              const std::lock_guard lock(mutex);
-              sink(records, stride);
-            });
+        stages::stream_canonical_records(scans, formats::digest_schema(header), header.grid, sink);
       });
     };
   }

@@ -12,7 +12,7 @@ namespace cairn::stages {
 
 inline constexpr std::uint32_t kMaxListLength = 32;
 
-/// Points a cell that `auto` aims at; see prototypes of merging cost and error in the README.
+/// Points a cell that `auto` aims at: fewer leave the error larger, more cost time that grows with their square.
 inline constexpr double kAutoCellPoints = 16;
 
 /// The number of leading bits a coordinate (0 to 16) for which occupied cells hold closest to

@@ -205,6 +205,8 @@ std::uint64_t cluster_worker_bytes(const Tree& tree, std::size_t stride) {
 }
 
 void cluster(const ClusterInput& input, NodeSink& sink, Context& context) {
+  // Blocks have fixed sizes, see Tree::quota.
+  CAIRN_CHECK(input.reducer.exact_count());
   context.progress->begin("cluster", input.header.points);
   // Each worker holds a path of the tree; where memory is short fewer work at a time.
   const std::uint64_t worker_bytes = cluster_worker_bytes(input.header.tree(), input.stride);

@@ -14,8 +14,7 @@ namespace cairn::stages {
 struct CurveOrder {
   std::vector<std::uint32_t> order;  ///< point indices along the curve; equal keys by index
   std::vector<std::uint64_t> key;    ///< their keys of 48 bits, ascending
-  double cells_per_unit =
-      0;  ///< lattice cells a world unit, the same on all axes; 0 for a single position
+  double cells_per_unit = 0;         ///< lattice cells a world unit, the same on all axes
   int cell_bits =
       0;  ///< with a given K: leading bits a coordinate of a key that tell the clustering cell; else 16
 };

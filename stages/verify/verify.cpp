@@ -1,6 +1,7 @@
 #include "stages/verify/verify.h"
 
 #include <algorithm>
+#include <mutex>
 
 #include "formats/dataset/digest.h"
 #include "formats/error.h"
@@ -57,22 +58,28 @@ void check_points(const Context& context, const DatasetReader& dataset, VerifyRe
     report.digested_leaves += subtree.digested_leaves;
     leaves += subtree.leaves;
   }
-  if (report.digested_leaves < leaves)
-    findings.leave_unchecked(Invariant::kConservation,
-                             "the digests of " + std::to_string(leaves - report.digested_leaves) +
-                                 " of " + std::to_string(leaves) +
-                                 " leaves, whose points are not stored without loss");
+  if (report.digested_leaves == leaves) return;
+  const std::string lossy = std::to_string(leaves - report.digested_leaves) + " of " +
+                            std::to_string(leaves) +
+                            " leaves, whose points are not stored without loss";
+  findings.leave_unchecked(Invariant::kConservation, "the digests of " + lossy);
+  findings.leave_unchecked(Invariant::kError,
+                           "the distance from their inputs of the points of " + lossy);
 }
 
-void check_sources(const DatasetReader& dataset, const std::optional<RecordSource>& sources,
-                   Findings& findings) {
+void check_sources(const Context& context, const DatasetReader& dataset,
+                   const std::optional<RecordSource>& sources, Findings& findings) {
   if (!sources)
     return findings.leave_unchecked(Invariant::kConservation,
                                     "the points of the sources, which were not given");
   formats::Digest digest;
   std::uint64_t points = 0;
+  std::mutex mutex;
   (*sources)([&](std::span<const std::byte> records, std::size_t stride) {
-    digest += formats::digest_of(records, stride);
+    throw_if_stopped(context);
+    const formats::Digest part = formats::digest_of(records, stride);
+    const std::lock_guard lock(mutex);
+    digest += part;
     points += records.size() / stride;
   });
   findings.equal(Invariant::kConservation, NodeId{0}, "points of the sources", points,
@@ -118,7 +125,7 @@ VerifyReport verify_dataset(const Context& context, const DatasetReader& dataset
       dataset.index_size_bytes() + dataset.head().nodes_size_bytes + dataset.metadata().size();
   Findings findings = check_records(dataset);
   check_points(context, dataset, report, findings);
-  check_sources(dataset, sources, findings);
+  check_sources(context, dataset, sources, findings);
   report.invariants = std::move(findings).take();
   if (context.progress != nullptr) context.progress->end();
   return report;

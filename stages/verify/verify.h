@@ -57,7 +57,7 @@ struct VerifyReport {
 /// Takes canonical records of input points, `stride` bytes each: grid position, then the attributes of
 /// formats::digest_schema, as RecordLayout with 12-byte positions lays them out.
 using RecordSink = std::function<void(std::span<const std::byte> records, std::size_t stride)>;
-/// Streams all kept points of the sources into a sink, one call at a time.
+/// Streams all kept points of the sources into a sink, in any order, from any number of threads at a time.
 using RecordSource = std::function<void(const RecordSink&)>;
 
 /// Checks a dataset. Memory: a path of decoded nodes from the root to a leaf, for each thread. With

@@ -179,11 +179,35 @@ TEST(Verify, NamesNodesOfWrongSize) {
 
 TEST(Verify, NamesWhatIsOutsideOfItsBox) {
   EXPECT_TRUE(breaks(verify_edited([](DatasetIndex& i) { --i.nodes[5].box.max[0]; }),
-                     {Invariant::kContainment}, "point outside of its node's box"));
+                     {Invariant::kContainment},
+                     "box against that of the node's points and children"));
   EXPECT_TRUE(breaks(verify_edited([](DatasetIndex& i) { ++i.nodes[1].box.min[0]; }),
-                     {Invariant::kContainment}, "box against its parent's box"));
+                     {Invariant::kContainment},
+                     "box against that of the node's points and children"));
   EXPECT_TRUE(breaks(verify_edited([](DatasetIndex& i) { i.nodes[0].cone.min_cosine = 1; }),
                      {Invariant::kContainment}, "smallest cosine"));
+}
+
+TEST(Verify, NamesBoxesThatAreNotTight) {
+  EXPECT_TRUE(breaks(verify_edited([](DatasetIndex& i) { ++i.nodes[0].box.max[1]; }),
+                     {Invariant::kContainment},
+                     "box against that of the node's points and children"));
+  EXPECT_TRUE(breaks(verify_edited([](DatasetIndex& i) {
+                       --i.nodes[6].position_box.min[2];
+                       i.nodes[6].box.add(i.nodes[6].position_box);
+                       for (const std::size_t above : {std::size_t{2}, std::size_t{0}})
+                         i.nodes[above].box.add(i.nodes[6].box);
+                     }),
+                     {Invariant::kContainment, Invariant::kError, Invariant::kCoverage},
+                     "box of the decoded points"));
+}
+
+TEST(Verify, NamesALeafThatClaimsAnRms) {
+  EXPECT_TRUE(breaks(verify_edited([](DatasetIndex& i) {
+                       i.nodes[5].bound = 1;
+                       i.nodes[5].rms = 0.5;
+                     }),
+                     {Invariant::kError}, "RMS error of a leaf"));
 }
 
 TEST(Verify, NamesErrorsBeyondWhatIsRecorded) {
