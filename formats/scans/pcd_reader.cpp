@@ -126,7 +126,7 @@ std::uint64_t PcdReader::count_compressed(const ScanOptions& options) {
       unpacked_bytes_ % layout_.row_size_bytes != 0)
     refuse("the compressed points have a wrong size", unpacked_bytes_,
            fmt::format("{} points of {} bytes", header_.points, layout_.row_size_bytes));
-  if (unpacked_bytes_ / kMostLzfExpansion > packed_bytes_)
+  if (unpacked_bytes_ > std::uint64_t{packed_bytes_} * kMostLzfExpansion)
     refuse("the compressed points claim a size that they cannot have", unpacked_bytes_,
            fmt::format("at most {} for each of {} bytes", kMostLzfExpansion, packed_bytes_));
   if (options.read_memory_bytes != 0 && read_bytes() > options.read_memory_bytes)

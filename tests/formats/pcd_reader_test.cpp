@@ -175,6 +175,7 @@ TEST_F(PcdReader, RefusesSizesThatCannotBe) {
               HasSubstr("ends before its last point"));
   EXPECT_THAT(refusal(header.text() + with_sizes(std::string(25, '\xff'), 24)),
               HasSubstr("damaged compressed points"));
+  EXPECT_THAT(refusal(header.text() + with_sizes("", 24)), HasSubstr("that they cannot have"));
   header.points = header.width = "300000000";
   EXPECT_THAT(refusal(header.text() + with_sizes(packed, 3600000000U)),
               HasSubstr("claim a size that they cannot have"));
