@@ -162,7 +162,9 @@ class Build {
 
  private:
   void run_stages() {
-    const stages::Scans scans = open_campaign(options_.campaign);
+    CampaignOptions campaign = options_.campaign;
+    campaign.memory_bytes = context_.memory_bytes;
+    const stages::Scans scans = open_campaign(campaign);
     const stages::ImportOptions import{
         .drop = options_.drop, .keep = options_.keep, .resolution = options_.resolution};
     require_disk(workspace_, scans, import);

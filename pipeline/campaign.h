@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "stages/import/import.h"
@@ -14,6 +15,8 @@ struct CampaignOptions {
   std::optional<std::filesystem::path> poses;  ///< a file of poses of all scans
   bool poses_tell_sensors_only = false;        ///< the scans lie in the world already
   bool allow_truncated = false;
+  std::vector<std::string> columns;  ///< of texts, see formats::ScanOptions; empty: recognised
+  std::uint64_t memory_bytes = 0;  ///< that reading may take, see formats::ScanOptions; 0: no limit
 };
 
 /// Opens every scan, placed in the world. Throws Error as formats::open_scans and formats::PoseFile do, and kUsage

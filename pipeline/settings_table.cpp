@@ -4,10 +4,12 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 
 #include "formats/dataset/codec.h"
 #include "formats/dataset/tree.h"
 #include "formats/scans/crs.h"
+#include "formats/scans/text_layout.h"
 #include "pipeline/compiled_in.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/settings.h"
@@ -156,6 +158,15 @@ bool set_truncated(BuildSettings& s, const Values& v) {
   return set_switch(s.options.campaign.allow_truncated, v);
 }
 
+bool set_columns(BuildSettings& s, const Values& v) {
+  s.options.campaign.columns.clear();
+  for (const std::string& part : v) {
+    std::istringstream names(part);
+    for (std::string name; names >> name;) s.options.campaign.columns.push_back(name);
+  }
+  return formats::name_a_position(s.options.campaign.columns);
+}
+
 bool set_memory(BuildSettings& s, const Values& v) {
   const auto bytes = parse_memory(v.front(), machine_memory_bytes());
   if (bytes) s.options.memory_bytes = *bytes;
@@ -214,6 +225,8 @@ constexpr auto kSettings = std::to_array<Setting>({
      "accept positions rounded to steps up to this long (world units)", set_resolution},
     {"allow_truncated", kSwitch, kInOut, "", kBoolean, "false",
      "keep the whole records of files that end early", set_truncated},
+    {"columns", kTexts, kInOut, "NAMES", "names of columns, such as \"x y z intensity\"",
+     "recognised", "columns of text scans; _ leaves one out; see \"Text\"", set_columns},
     {"fanout", kIntegerOrAuto, kTree, "N|auto", "an integer from 2 to 64, or auto", "auto",
      "children of an inner node; auto: the one of 2 to 8 that fits node_points best", set_fanout},
     {"node_points", kInteger, kTree, "COUNT", "an integer from 2 to 2097152", "65536",

@@ -14,8 +14,6 @@ namespace cairn::formats {
 namespace {
 
 constexpr std::uint64_t kStretchPoints = 4 * kBlockPoints;
-// Bytes read at a time: few enough to be decoded from the second-level cache.
-constexpr std::size_t kReadBytes = std::size_t{128} << 10;
 
 }  // namespace
 
@@ -112,31 +110,13 @@ std::uint64_t PlyReader::stretch_capacity(std::size_t stretch) const {
 
 void PlyReader::read(std::size_t stretch, const BlockSink& sink) const {
   const std::uint64_t capacity = stretch_capacity(stretch);
-  if (!fixed_size()) return read_rows(sink);
-  read_fixed(stretch * kStretchPoints, stretch * kStretchPoints + capacity, sink);
+  if (!fixed_size()) return read_varying(sink);
+  const RowRun run{vertices_offset_ + stretch * kStretchPoints * layout_.row_size_bytes, capacity,
+                   header_.encoding == PlyEncoding::kBigEndian};
+  read_rows(file_, run, layout_, info_.schema, info_.encoding, sink);
 }
 
-void PlyReader::read_fixed(std::uint64_t begin, std::uint64_t end, const BlockSink& sink) const {
-  const bool big_endian = header_.encoding == PlyEncoding::kBigEndian;
-  const std::size_t row = layout_.row_size_bytes;
-  const std::size_t block_points = block_points_for(row);
-  const std::size_t read_points = std::max<std::size_t>(1, kReadBytes / row);
-  std::vector<std::byte> bytes(read_points * row);
-  PointBlock block;
-  while (begin < end) {
-    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(block_points, end - begin));
-    resize_block(info_.schema, info_.encoding, count, block);
-    for (std::size_t first = 0; first < count; first += read_points) {
-      const auto part = std::span(bytes).first(std::min(read_points, count - first) * row);
-      file_.read_exactly(vertices_offset_ + (begin + first) * row, part);
-      decode_ply_rows(layout_, info_.schema, big_endian, part, first, block);
-    }
-    sink(block);
-    begin += count;
-  }
-}
-
-void PlyReader::read_rows(const BlockSink& sink) const {
+void PlyReader::read_varying(const BlockSink& sink) const {
   const bool big_endian = header_.encoding == PlyEncoding::kBigEndian;
   const std::size_t row = layout_.row_size_bytes;
   const auto block_points = static_cast<std::size_t>(
@@ -157,8 +137,7 @@ void PlyReader::read_rows(const BlockSink& sink) const {
     if (ended && !allow_truncated_) refuse_truncated(done + count);
     if (count == 0) break;
     resize_block(info_.schema, info_.encoding, count, block);
-    decode_ply_rows(layout_, info_.schema, big_endian, std::span(bytes).first(count * row), 0,
-                    block);
+    decode_rows(layout_, info_.schema, big_endian, std::span(bytes).first(count * row), 0, block);
     sink(block);
     done += count;
   }

@@ -31,14 +31,13 @@ class PlyReader : public ScanReader {
   bool skip_element(const PlyElement& element, std::uint64_t& offset) const;
   std::uint64_t most_points() const;
   void check_rest() const;
-  void read_fixed(std::uint64_t begin, std::uint64_t end, const BlockSink& sink) const;
-  void read_rows(const BlockSink& sink) const;
+  void read_varying(const BlockSink& sink) const;
   [[noreturn]] void refuse_truncated(std::uint64_t present) const;
 
   RandomAccessFile file_;
   PlyHeader header_;
   std::size_t vertex_ = 0;  ///< index of the vertex element
-  PlyLayout layout_;
+  RowLayout layout_;
   std::uint64_t vertices_offset_ = 0;
   bool allow_truncated_ = false;
 };

@@ -51,6 +51,10 @@ struct ScanOptions {
   /// Keep the whole records of a file that ends early, instead of refusing it.
   bool allow_truncated = false;
   std::optional<Pose> pose = {};  ///< instead of what the file tells
+  /// Names for the columns of a text (XYZ, TXT, CSV, PTS) instead of what it tells; "_" leaves one out. Empty: none.
+  std::vector<std::string> columns = {};
+  /// Memory that one call of `ScanReader::read` may hold beside its blocks; 0: no limit.
+  std::uint64_t read_memory_bytes = 0;
 };
 
 /// Called with consecutive blocks of a stretch. May throw to stop reading.
@@ -65,7 +69,7 @@ class ScanReader {
   /// Where the sensor stood, told by another file; in the frame of the points that are handed out.
   void set_sensor(const Vector3& sensor) { info_.sensor = sensor; }
 
-  /// Independent stretches of the scan, in file order. A text file is one stretch.
+  /// Independent stretches of the scan, in file order.
   virtual std::size_t stretch_count() const = 0;
 
   /// An upper bound of the points in a stretch, checked against the file's size; the bounds of all

@@ -45,7 +45,7 @@ class VerifyCommand : public Command {
                     "the scans that it was built from, or the configuration file that names them")
         ->option_text("SCANS");
     // What a build must know of its scans beside their files.
-    for (const char* key : {"poses", "poses_tell", "allow_truncated"})
+    for (const char* key : {"poses", "poses_tell", "allow_truncated", "columns"})
       flags_.push_back(declare_flag(parser_, *find_setting(key)));
     parser_.add_flag("--json", json_, "report as one JSON object");
     parser_.add_option("--threads", threads_, "workers [one a processor]")
@@ -84,7 +84,9 @@ class VerifyCommand : public Command {
       config = against_.front();
     else
       flags["scans"] = {against_, "--against"};
-    return open_campaign(resolve_campaign(flags, config));
+    CampaignOptions campaign = resolve_campaign(flags, config);
+    campaign.memory_bytes = memory_budget(0, machine_memory_bytes());
+    return open_campaign(campaign);
   }
 
   /// The scans' points as the dataset's own records; nothing if no scans are given.

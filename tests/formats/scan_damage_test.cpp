@@ -2,7 +2,9 @@
 // or takes memory that the file does not justify. Run these with the sanitizers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <random>
 #include <string>
@@ -74,6 +76,45 @@ Sample list_ply_sample() {
   return {"sample.ply", bytes, header.size(), 26, 5};
 }
 
+/// Text rows of the same length behind a header; `points` of them are promised.
+Sample text_sample(const std::string& name, const std::string& header, const std::string& rows,
+                   std::size_t points) {
+  return {name, header + rows, header.size(), 0, points};
+}
+
+const std::string kPtxHeader =
+    "1\n3\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n5 5 5 1\n";
+const std::string kRows = "1.5 2.25e1 -3 4\n2.5 2.25e1 -3 5\n3.5 2.25e1 -3 6\n";
+
+std::string pcd_header(const std::string& data) {
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity\n"
+         "SIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+         "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA " +
+         data + "\n";
+}
+
+/// 48 bytes of points as two literal runs of LZF.
+std::string compressed_points() {
+  std::string packed;
+  for (const int size : {31, 15})
+    packed += static_cast<char>(size) + std::string(static_cast<std::size_t>(size) + 1, '\1');
+  std::string bytes;
+  test::put(bytes, static_cast<std::uint32_t>(packed.size()));
+  test::put(bytes, std::uint32_t{48});
+  return bytes + packed;
+}
+
+std::vector<Sample> later_samples() {
+  const std::string ascii = pcd_header("ascii"), binary = pcd_header("binary"),
+                    compressed = pcd_header("binary_compressed");
+  return {text_sample("sample.pts", "3\n", kRows, 3),
+          text_sample("sample.ptx", kPtxHeader, kRows, 3),
+          text_sample("sample.pcd", ascii, kRows, 3),
+          {"sample.pcd", binary + std::string(48, '\1'), binary.size(), 16, 3},
+          {"sample.pcd", compressed + compressed_points(), compressed.size(), 0, 3},
+          text_sample("sample.xyz", "//X Y Z I\n", kRows, 3)};
+}
+
 std::vector<Sample> samples() {
   return {las_sample(0, 0, 20),        las_sample(2, 3, 34),
           las_sample(4, 10, 67),       las_sample(5, 6, 30),
@@ -81,10 +122,11 @@ std::vector<Sample> samples() {
           ascii_ply_sample(),          list_ply_sample()};
 }
 
-/// Points read, or nothing where the file is refused in the way that it should be.
+/// Records read, or nothing where the file is refused in the way that it should be.
 std::optional<std::size_t> read_or_refuse(const std::filesystem::path& path, bool allow_truncated) {
   try {
-    return test::read_points(path, {.allow_truncated = allow_truncated}).points.count;
+    const auto points = test::read_points(path, {.allow_truncated = allow_truncated}).points;
+    return points.count + points.no_return;
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kInput) << error.what();
     EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos) << error.what();
@@ -116,6 +158,55 @@ TEST(ScanDamage, AFileCutAtAnyByteIsRefusedOrKeepsItsWholeRecords) {
       }
     }
   }
+}
+
+// A file with a count or a size is refused wherever it is cut, up to the line end of its last row.
+TEST(ScanDamage, ATextOrPcdCutAtAnyByteIsRefusedOrKeepsItsWholeRecords) {
+  const test::TemporaryFolder folder;
+  for (const Sample& sample : later_samples()) {
+    ASSERT_EQ(read_or_refuse(folder.write(sample.name, sample.bytes), false), sample.points);
+    const bool counted = sample.name != "sample.xyz";
+    const bool text = sample.bytes.ends_with('\n');
+    for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
+      SCOPED_TRACE(sample.name + ", cut at " + std::to_string(size));
+      const std::string bytes = sample.bytes.substr(0, size);
+      const auto path = folder.write(sample.name, bytes);
+      const auto read = read_or_refuse(path, false), kept = read_or_refuse(path, true);
+      const bool whole = text && size + 1 == sample.bytes.size();
+      if (counted) EXPECT_EQ(read, whole ? std::optional(sample.points) : std::nullopt);
+      // Numbers that lost their last digits cannot be told from others where no count tells.
+      const auto ended = static_cast<std::size_t>(std::count(
+          bytes.begin() + static_cast<std::ptrdiff_t>(std::min(sample.header_size, bytes.size())),
+          bytes.end(), '\n'));
+      if (!counted && read) EXPECT_TRUE(*read == ended || *read == ended + 1);
+      // Without a whole row, nothing but a count tells a text from other files.
+      if (size >= sample.header_size && (counted || ended > 0)) {
+        ASSERT_TRUE(kept.has_value());
+        EXPECT_LE(*kept, sample.points);
+        if (text) EXPECT_GE(*kept, ended);
+      }
+    }
+  }
+}
+
+TEST(ScanDamage, FlippedBytesOfTextsAreReadOrRefused) {
+  const test::TemporaryFolder folder;
+  std::mt19937 random(20262);
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
+  const std::vector<Sample> originals = later_samples();
+  std::size_t refused = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const Sample& sample = originals[below(originals.size())];
+    std::string bytes = sample.bytes;
+    for (std::size_t flips = 1 + below(3); flips > 0; --flips) {
+      constexpr char kEdges[] = {'0', '9', '-', '.', 'e', ' ', '\n', ',', '#', '\0', '\xff'};
+      bytes[below(bytes.size())] = kEdges[below(std::size(kEdges))];
+    }
+    SCOPED_TRACE(round);
+    if (!read_or_refuse(folder.write(sample.name, bytes), below(2) == 0)) ++refused;
+  }
+  EXPECT_GT(refused, 300u);
+  EXPECT_LT(refused, 2900u);
 }
 
 TEST(ScanDamage, FlippedBytesAreReadOrRefused) {

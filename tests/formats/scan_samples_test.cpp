@@ -1,12 +1,15 @@
 // Real files: what the readers find must be what other programs found, as the manifest tells.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "formats/error.h"
 #include "tests/support/manifest.h"
@@ -62,6 +65,46 @@ TEST(ScanSamples, PlyCountsAndBoxesAreTheManifests) {
   }
 }
 
+/// Points and the box of them, of all scans of a file. ripple.ptx has a header that claims more cells.
+void expect_text_as_in_manifest(const test::ManifestEntry& entry) {
+  SCOPED_TRACE(entry.path);
+  test::ScanPoints all;
+  const bool truncated = entry.path == "text/ripple.ptx";
+  for (const auto& reader : open_scans(kShared / entry.path, {.allow_truncated = truncated})) {
+    const test::ScanPoints scan = test::read_points(*reader);
+    EXPECT_EQ(scan.info.claimed_points == scan.points.count + scan.points.no_return, !truncated);
+    all.info.encoding = scan.info.encoding;
+    all.points.count += scan.points.count;
+    all.points.world.insert(all.points.world.end(), scan.points.world.begin(),
+                            scan.points.world.end());
+  }
+  EXPECT_EQ(all.points.count, entry.points.value());
+  if (entry.box) expect_box(all, *entry.box);
+}
+
+TEST(ScanSamples, TextCountsAndBoxesAreTheManifests) {
+  std::size_t checked = 0;
+  for (const char* suffix : {".xyz", ".pts", ".ptx"})
+    for (const auto& entry : entries_ending(suffix, false)) {
+      expect_text_as_in_manifest(entry);
+      ++checked;
+    }
+  if (checked == 0) GTEST_SKIP() << "no shared scans";
+}
+
+TEST(ScanSamples, PcdCountsAndBoxesAreTheManifests) {
+  const auto entries = entries_ending(".pcd", false);
+  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  for (const auto& entry : entries) expect_as_in_manifest(entry);
+}
+
+TEST(ScanSamples, AGridThatTheFileHasNoLinesForIsRefused) {
+  if (!std::filesystem::exists(kShared / "text/ripple.ptx")) GTEST_SKIP() << "no shared scans";
+  EXPECT_THROW(test::open_scan(kShared / "text/ripple.ptx"), Error);
+  const auto kept = test::open_scan(kShared / "text/ripple.ptx", {.allow_truncated = true});
+  EXPECT_EQ(kept->info().claimed_points, 4444U * 10014U);
+}
+
 // What a hostile file must give: as many points, or a refusal whose message holds these words.
 struct Outcome {
   std::optional<std::uint64_t> points;
@@ -91,6 +134,13 @@ const std::map<std::string, Outcome>& hostile_outcomes() {
       {"hostile/ply_empty_header.ply", {{}, "no vertices"}},
       {"hostile/points_emptyascii.ply", {12, ""}},
       {"hostile/unsized_dims.ply", {{}, "no position"}},
+      {"hostile/flydracyl.pcd", {{}, "unknown encoding of the points"}},
+      {"hostile/ground_h0.pcd", {36895, ""}},
+      {"hostile/missingheader.pcd", {{}, "unknown word in the PCD header"}},
+      {"hostile/stereo_left_rgba_only.pcd", {{}, "no position"}},
+      {"hostile/utm17_comma.pcd", {10, ""}},
+      {"hostile/utm17_tab.pcd", {10, ""}},
+      {"hostile/bunny16k_not_really_pts.pts", {{}, "neither numbers nor names of columns"}},
       {"hostile/append-bug.laz", {{}, "LAZ is not read yet"}},
       {"hostile/broken_type.laz", {{}, "LAZ is not read yet"}},
   };
@@ -114,19 +164,25 @@ TEST(ScanSamples, HostileFilesAreReadOrRefusedAsListed) {
   }
 }
 
-TEST(ScanSamples, NoHostileLasOrPlyIsLeftOutOfTheTable) {
-  for (const char* suffix : {".las", ".ply"})
-    for (const auto& entry : entries_ending(suffix, true))
+bool is_read(const test::ManifestEntry& entry) {
+  constexpr std::array<std::string_view, 6> kSuffixes{".las", ".ply", ".pcd",
+                                                      ".xyz", ".pts", ".ptx"};
+  return std::any_of(kSuffixes.begin(), kSuffixes.end(),
+                     [&](std::string_view suffix) { return entry.path.ends_with(suffix); });
+}
+
+TEST(ScanSamples, NoHostileFileOfAFormatThatIsReadIsLeftOutOfTheTable) {
+  for (const auto& entry : test::read_manifest(kShared / "MANIFEST.tsv"))
+    if (is_read(entry) && entry.is_hostile())
       EXPECT_TRUE(hostile_outcomes().contains(entry.path)) << entry.path;
 }
 
-TEST(ScanSamples, NothingButLasAndPlyIsOpened) {
+TEST(ScanSamples, NothingOfAnotherFormatIsOpened) {
   const auto entries = test::read_manifest(kShared / "MANIFEST.tsv");
   if (entries.empty()) GTEST_SKIP() << "no shared scans";
-  for (const auto& entry : entries) {
-    if (entry.path.ends_with(".las") || entry.path.ends_with(".ply")) continue;
-    EXPECT_THROW(test::open_scan(kShared / entry.path, {}), Error) << entry.path;
-  }
+  for (const auto& entry : entries)
+    if (!is_read(entry))
+      EXPECT_THROW(test::open_scan(kShared / entry.path, {}), Error) << entry.path;
 }
 
 TEST(ScanSamples, TheSamePointsInLasAndPlyHaveTheSamePositions) {
@@ -141,6 +197,44 @@ TEST(ScanSamples, TheSamePointsInLasAndPlyHaveTheSamePositions) {
       EXPECT_NEAR(las.world(point)[axis], ply.world(point)[axis], 1e-5);
       EXPECT_NEAR(text.world(point)[axis], ply.world(point)[axis], 1e-5);
     }
+}
+
+/// Positions to within `tolerance`, point by point; colours alike, the LAS ones in 16 bits times `widen`.
+void expect_same_points(const test::ScanPoints& las, const test::ScanPoints& text, double tolerance,
+                        int widen) {
+  ASSERT_EQ(las.points.count, text.points.count);
+  for (std::size_t point = 0; point < las.points.count; ++point)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ASSERT_NEAR(las.world(point)[axis], text.world(point)[axis], tolerance) << point;
+      ASSERT_EQ(las.value<std::uint16_t>("color", point, axis),
+                widen * text.value<std::uint8_t>("color", point, axis))
+          << point;
+    }
+}
+
+TEST(ScanSamples, TheSamePointsInLasAndTextsAreTheSame) {
+  if (!std::filesystem::exists(kShared / "text/ripple.las")) GTEST_SKIP() << "no shared scans";
+  const auto ripple = test::read_points(kShared / "text/ripple.las");
+  // Four decimals; colours shifted by eight bits.
+  expect_same_points(ripple, test::read_points(kShared / "text/ripple.pts"), 0.6e-4, 256);
+  expect_same_points(ripple,
+                     test::read_points(kShared / "text/ripple.ptx", {.allow_truncated = true}),
+                     0.6e-4, 256);
+  expect_same_points(test::read_points(kShared / "las/1.2-with-color.las"),
+                     test::read_points(kShared / "text/1.2-with-color.ptx"), 1e-5, 1);
+}
+
+TEST(ScanSamples, ColumnsOfSamplesAreRecognised) {
+  if (!std::filesystem::exists(kShared / "text/autzen.pts")) GTEST_SKIP() << "no shared scans";
+  using Names = std::vector<std::string>;
+  const auto names = [](const char* path) { return test::read_points(kShared / path).names(); };
+  EXPECT_EQ(names("text/autzen.pts"), (Names{"color", "intensity"}));
+  EXPECT_EQ(names("text/site_56_8.pts"), (Names{"intensity"}));
+  EXPECT_EQ(names("text/points_agisoft.xyz"), (Names{"color"}));
+  EXPECT_EQ(names("text/points_cloudcompare.xyz"), (Names{"color", "column_7"}));
+  EXPECT_EQ(names("text/no-color.ptx"), (Names{"intensity"}));
+  EXPECT_EQ(names("pcd/fragment.pcd"), (Names{"normal", "color", "curvature"}));
+  EXPECT_EQ(names("pcd/p64.pcd"), (Names{"intensity", "timestamp"}));
 }
 
 TEST(ScanSamples, CoordinateSystemIsKeptFromVlrs) {

@@ -64,6 +64,7 @@ preset = "preview"
 drop = ["color", "gps_time"]
 resolution = 0.001
 allow_truncated = true
+columns = "x y z intensity"
 fanout = 6
 node_points = 1000
 reducer = "first"
@@ -84,6 +85,7 @@ progress = "json"
   EXPECT_THAT(options.drop, ElementsAre("color", "gps_time"));
   EXPECT_EQ(options.resolution, 0.001);
   EXPECT_TRUE(options.campaign.allow_truncated);
+  EXPECT_THAT(options.campaign.columns, ElementsAre("x", "y", "z", "intensity"));
   EXPECT_EQ(options.fanout, 6U);
   EXPECT_EQ(options.node_points, 1000U);
   EXPECT_EQ(options.reducer, "first");

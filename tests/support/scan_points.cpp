@@ -19,6 +19,7 @@ void append(const formats::PointBlock& block, const formats::ScanInfo& info,
           "a block has a wrong number of positions");
   require(block.columns.size() == info.schema.size(), "a block has a wrong number of columns");
   all.count += block.count;
+  all.no_return += block.no_return;
   all.steps.insert(all.steps.end(), block.steps.begin(), block.steps.end());
   all.world.insert(all.world.end(), block.world.begin(), block.world.end());
   for (std::size_t i = 0; i < block.columns.size(); ++i) {
@@ -68,22 +69,25 @@ std::unique_ptr<formats::ScanReader> open_scan(const std::filesystem::path& path
   return std::move(scans.front());
 }
 
-ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options) {
-  const auto reader = open_scan(path, options);
+ScanPoints read_points(const formats::ScanReader& reader) {
   ScanPoints scan;
-  scan.info = reader->info();
+  scan.info = reader.info();
   scan.points.columns.resize(scan.info.schema.size());
   std::uint64_t capacity = 0;
-  for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch) {
-    const std::size_t before = scan.points.count;
-    reader->read(stretch,
-                 [&](const formats::PointBlock& block) { append(block, scan.info, scan.points); });
-    require(scan.points.count - before <= reader->stretch_capacity(stretch),
-            "a stretch has more points than its capacity");
-    capacity += reader->stretch_capacity(stretch);
+  for (std::size_t stretch = 0; stretch < reader.stretch_count(); ++stretch) {
+    const std::uint64_t before = scan.points.count + scan.points.no_return;
+    reader.read(stretch,
+                [&](const formats::PointBlock& block) { append(block, scan.info, scan.points); });
+    require(scan.points.count + scan.points.no_return - before <= reader.stretch_capacity(stretch),
+            "a stretch has more records than its capacity");
+    capacity += reader.stretch_capacity(stretch);
   }
   require(capacity == scan.info.present_points, "the capacities do not add up");
   return scan;
+}
+
+ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options) {
+  return read_points(*open_scan(path, options));
 }
 
 }  // namespace cairn::test

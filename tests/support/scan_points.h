@@ -16,7 +16,7 @@ namespace cairn::test {
 
 struct ScanPoints {
   formats::ScanInfo info;
-  /// All stretches joined: `points.count` may exceed what a block holds.
+  /// All stretches joined: `points.count` may exceed what a block holds, `no_return` is that of all.
   formats::PointBlock points;
 
   std::array<double, 3> world(std::size_t point) const;
@@ -45,6 +45,8 @@ std::unique_ptr<formats::ScanReader> open_scan(const std::filesystem::path& path
                                                const formats::ScanOptions& options = {});
 
 /// Reads every stretch, in order. Checks that no stretch exceeds its capacity and that blocks are well formed.
+ScanPoints read_points(const formats::ScanReader& reader);
+/// As above, the one scan of a file.
 ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options = {});
 
 }  // namespace cairn::test

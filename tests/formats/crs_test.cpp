@@ -1,0 +1,48 @@
+// Records of coordinate reference systems: GeoTIFF 1.1 keys and OGC WKT as the LAS specification asks for.
+#include "formats/scans/crs.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+
+namespace cairn::formats {
+namespace {
+
+std::vector<std::uint16_t> keys_of(const std::string& text) {
+  const auto records = crs_records(text).value();
+  EXPECT_EQ(records.size(), 1U);
+  EXPECT_EQ(records.front().user_id, "LASF_Projection");
+  EXPECT_EQ(records.front().record_id, 34735);
+  std::vector<std::uint16_t> keys(records.front().data.size() / 2);
+  std::memcpy(keys.data(), records.front().data.data(), 2 * keys.size());
+  return keys;
+}
+
+TEST(Crs, EpsgCodesBecomeGeoTiffKeys) {
+  // Directory 1.1.1 of two keys: the model (1024) is projected (1), its code (3072) this one.
+  EXPECT_EQ(keys_of("EPSG:32633"),
+            (std::vector<std::uint16_t>{1, 1, 1, 2, 1024, 0, 1, 1, 3072, 0, 1, 32633}));
+  // Geographic (2), by the geographic code (2048).
+  EXPECT_EQ(keys_of("EPSG:4326"),
+            (std::vector<std::uint16_t>{1, 1, 1, 2, 1024, 0, 1, 2, 2048, 0, 1, 4326}));
+}
+
+TEST(Crs, WktIsKeptWithAZeroBehindIt) {
+  const std::string wkt = "PROJCS[\"UTM\",GEOGCS[]]";
+  const auto records = crs_records(wkt).value();
+  ASSERT_EQ(records.size(), 1U);
+  EXPECT_EQ(records.front().user_id, "LASF_Projection");
+  EXPECT_EQ(records.front().record_id, 2112);
+  ASSERT_EQ(records.front().data.size(), wkt.size() + 1);
+  EXPECT_EQ(std::memcmp(records.front().data.data(), wkt.c_str(), wkt.size() + 1), 0);
+}
+
+TEST(Crs, AnythingElseIsNone) {
+  for (const char* text : {"", "EPSG:", "EPSG:12", "EPSG:32767", "EPSG:99999", "EPSG:4326 ",
+                           "EPSG:-4326", "epsg", "4326", "UTM 33", "PROJCS"})
+    EXPECT_FALSE(crs_records(text)) << text;
+}
+
+}  // namespace
+}  // namespace cairn::formats
