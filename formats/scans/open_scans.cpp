@@ -6,6 +6,7 @@
 #include "formats/error.h"
 #include "formats/random_access_file.h"
 #include "formats/scans/las_reader.h"
+#include "formats/scans/laz/laz_reader.h"
 #include "formats/scans/ply_reader.h"
 #include "formats/scans/posed_scan.h"
 #include "formats/scans/scan_reader.h"
@@ -35,6 +36,10 @@ bool begins_ply(const std::string& magic) {
          (magic[3] == '\n' || magic[3] == '\r' || magic[3] == ' ' || magic[3] == '\t');
 }
 
+bool is_compressed(const std::filesystem::path& path) {
+  return read_las_header(RandomAccessFile(path)).compressed;
+}
+
 using Readers = std::vector<std::unique_ptr<ScanReader>>;
 
 template <typename Reader>
@@ -47,13 +52,15 @@ Readers open_one(const std::filesystem::path& path, const ScanOptions& options) 
 // The content decides: suffixes are often wrong, and a wrong one costs nothing.
 Readers open_unplaced(const std::filesystem::path& path, const ScanOptions& options) {
   const std::string magic = first_bytes(path);
-  if (magic.starts_with("LASF")) return open_one<LasReader>(path, options);
+  if (magic.starts_with("LASF"))
+    return is_compressed(path) ? open_one<LazReader>(path, options)
+                               : open_one<LasReader>(path, options);
   if (begins_ply(magic)) return open_one<PlyReader>(path, options);
   throw_input({.what = "not a scan of a known format",
                .path = path,
                .offset = 0,
                .found = describe(magic, path),
-               .expected = "a LAS or PLY file"});
+               .expected = "a LAS, LAZ or PLY file"});
 }
 
 }  // namespace
