@@ -118,6 +118,7 @@ void LazReader::decode_chunk(const LazChunk& chunk, LazWorker& worker,
     sink(block);
     left -= count;
   }
+  worker.finish();
 }
 
 }  // namespace cairn::formats

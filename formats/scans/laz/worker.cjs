@@ -4,6 +4,7 @@
 //   worker, once     u32 0                      ready
 //   cairn            u32 chunk bytes, u32 points, u16 record bytes, u8 point format, u8 0; the chunk
 //   worker           u32 n > 0, n LAS records   again and again until all points are sent
+//                    u32 0                      the chunk was sound to its end
 //   worker, instead  u32 0xffffffff, u32 length, that many bytes of text: it failed, and ends
 //
 // It ends when cairn closes the socket. LAZ is decoded by laz-perf, compiled to WebAssembly: whatever
@@ -18,9 +19,12 @@ const SOCKET_OUT = 1;
 const REQUEST_BYTES = 12;
 const BLOCK_BYTES = 256 * 1024;
 const READY = 0;
+const DONE = 0;
 const FAILED = 0xffffffff;
-// Behind a chunk: what a decoder reads that runs over the end of a damaged one.
+// Zeros behind a chunk, for a decoder that runs over the end of a damaged one.
 const GUARD_BYTES = 64 * 1024;
+// Where the object behind laz-perf's ChunkDecoder keeps its place in the chunk.
+const PLACE_OFFSET = 24;
 
 /** Reads exactly `length` bytes; false if the socket was closed. */
 function readFully(target, offset, length) {
@@ -48,15 +52,16 @@ function sendNumbers(...numbers) {
 }
 
 function fail(error) {
-  const text = Buffer.from(String((error && error.message) || error).split('\n')[0]);
+  const told = error instanceof Error ? error.message : 'laz-perf threw an exception';
+  const text = Buffer.from(told.split('\n')[0]);
   sendNumbers(FAILED, text.length);
   writeFully(text, 0, text.length);
   process.exit(1);
 }
 
 /**
- * laz-perf, and its method getPoint without the checks and conversions of every argument that the
- * binding makes at every call: they take as long as decoding a third of a point. The compiled
+ * The module laz-perf, and its method getPoint without the checks and conversions of every argument
+ * that the binding makes at every call: they take as long as decoding a third of a point. The compiled
  * function behind the method is noted while the module registers it.
  */
 async function loadLazPerf() {
@@ -80,62 +85,82 @@ async function loadLazPerf() {
   });
   const [, , , , , invoker, context] = getPointCall;
   const invoke = functions.get(invoker);
-  return { module, getPoint: (decoder, to) => invoke(context, decoder.$$.ptr, to) };
+  return { module, getPoint: (decoder, to) => invoke(context, decoder, to) };
 }
 
-/** Memory of the module that is asked for anew only when it is too small. */
-class HeapBuffer {
-  constructor(module) {
+class ChunkReader {
+  constructor({ module, getPoint }) {
     this.module = module;
-    this.at = 0;
-    this.size = 0;
+    this.getPoint = getPoint;
+    this.pristine = module.HEAPU8.slice();
   }
 
-  ensure(size) {
-    if (size <= this.size) return this.at;
-    if (this.at !== 0) this.module._free(this.at);
-    this.size = 0;
-    this.at = this.module._malloc(size);
-    if (this.at === 0) throw new Error(`no memory for ${size} bytes`);
-    this.size = size;
-    return this.at;
+  /**
+   * Makes the module's memory what it was at first. A decoder that runs over an end in a damaged chunk
+   * then reads the same bytes whatever was decoded before, so results never depend on which worker
+   * does what.
+   */
+  reset() {
+    this.module.HEAPU8.set(this.pristine);
+    this.module.HEAPU8.fill(0, this.pristine.length);
   }
-}
 
-function decode(lazPerf, buffers, request) {
-  const { module, getPoint } = lazPerf;
-  const { points, recordBytes, pointFormat } = request;
-  const decoder = new module.ChunkDecoder();
-  decoder.open(pointFormat, recordBytes, buffers.chunk.at);
-  const most = Math.max(1, Math.floor(BLOCK_BYTES / recordBytes));
-  const out = buffers.records.ensure(4 + most * recordBytes);
-  for (let done = 0; done < points; ) {
-    const count = Math.min(most, points - done);
-    for (let i = 0, to = out + 4; i < count; i += 1, to += recordBytes) getPoint(decoder, to);
-    module.HEAPU32[out >> 2] = count;
-    writeFully(module.HEAPU8, out, 4 + count * recordBytes);
-    done += count;
+  allocate(size) {
+    const at = this.module._malloc(size);
+    if (at === 0) throw new Error(`no memory for ${size} bytes`);
+    return at;
   }
-  decoder.delete();
+
+  /** Reads a chunk from the socket, sends its points. False if the socket was closed. */
+  serve(request) {
+    this.reset();
+    const { chunkBytes } = request;
+    const chunk = this.allocate(chunkBytes + GUARD_BYTES);
+    if (!readFully(this.module.HEAPU8, chunk, chunkBytes)) return false;
+    const decoder = new this.module.ChunkDecoder();
+    decoder.open(request.pointFormat, request.recordBytes, chunk);
+    if (this.place(decoder) !== chunk) throw new Error('laz-perf is not of the version expected');
+    this.sendPoints(decoder.$$.ptr, request);
+    const used = this.place(decoder) - chunk;
+    if (used !== chunkBytes)
+      throw new Error(`damaged: its points take ${used} bytes of ${chunkBytes}`);
+    decoder.delete();
+    sendNumbers(DONE);
+    return true;
+  }
+
+  place(decoder) {
+    const words = this.module.HEAPU32;
+    return words[(words[decoder.$$.ptr >> 2] + PLACE_OFFSET) >> 2];
+  }
+
+  sendPoints(decoder, { points, recordBytes }) {
+    const { getPoint } = this;
+    const most = Math.max(1, Math.floor(BLOCK_BYTES / recordBytes));
+    const out = this.allocate(4 + most * recordBytes);
+    for (let done = 0; done < points; ) {
+      const count = Math.min(most, points - done);
+      for (let i = 0, to = out + 4; i < count; i += 1, to += recordBytes) getPoint(decoder, to);
+      this.module.HEAPU32[out >> 2] = count;
+      writeFully(this.module.HEAPU8, out, 4 + count * recordBytes);
+      done += count;
+    }
+  }
 }
 
 async function main() {
-  const lazPerf = await loadLazPerf();
-  const { module } = lazPerf;
-  const buffers = { chunk: new HeapBuffer(module), records: new HeapBuffer(module) };
-  const header = Buffer.alloc(REQUEST_BYTES);
+  const reader = new ChunkReader(await loadLazPerf());
+  const head = Buffer.alloc(REQUEST_BYTES);
   sendNumbers(READY);
-  while (readFully(header, 0, REQUEST_BYTES)) {
-    const chunkBytes = header.readUInt32LE(0);
-    const at = buffers.chunk.ensure(chunkBytes + GUARD_BYTES);
-    if (!readFully(module.HEAPU8, at, chunkBytes)) return;
-    module.HEAPU8.fill(0, at + chunkBytes, at + chunkBytes + GUARD_BYTES);
-    decode(lazPerf, buffers, {
-      points: header.readUInt32LE(4),
-      recordBytes: header.readUInt16LE(8),
-      pointFormat: header.readUInt8(10),
-    });
-  }
+  while (
+    readFully(head, 0, REQUEST_BYTES) &&
+    reader.serve({
+      chunkBytes: head.readUInt32LE(0),
+      points: head.readUInt32LE(4),
+      recordBytes: head.readUInt16LE(8),
+      pointFormat: head.readUInt8(10),
+    })
+  );
 }
 
 main().catch(fail);

@@ -26,6 +26,7 @@ namespace cairn::formats {
 namespace {
 
 constexpr std::uint32_t kReady = 0;
+constexpr std::uint32_t kDone = 0;
 constexpr std::uint32_t kFailed = 0xffffffffU;
 constexpr std::size_t kRequestBytes = 12;
 constexpr std::size_t kSendBytes = std::size_t{64} << 10;
@@ -150,7 +151,7 @@ std::vector<char*> worker_environment() {
 
 LazWorker::LazWorker() : LazWorker(worker_script()) {
   try {
-    await_ready();
+    expect(kReady);
   } catch (const LazWorkerFailure& failure) {
     throw_system(fmt::format("the decoder of LAZ files does not start: {}", failure.what()), kNode,
                  0);
@@ -185,10 +186,10 @@ LazWorker::~LazWorker() {
   }
 }
 
-void LazWorker::await_ready() {
+void LazWorker::expect(std::uint32_t expected) {
   const std::uint32_t number = receive_number();
   if (number == kFailed) throw_told_failure();
-  if (number != kReady) throw LazWorkerFailure("it does not keep to the protocol");
+  if (number != expected) throw LazWorkerFailure("the decoder does not keep to the protocol");
 }
 
 void LazWorker::send_bytes(const std::byte* bytes, std::size_t count) {
@@ -254,6 +255,8 @@ std::uint32_t LazWorker::receive(std::uint32_t most, std::uint16_t record_bytes,
   receive_bytes(records.data(), records.size());
   return count;
 }
+
+void LazWorker::finish() { expect(kDone); }
 
 std::shared_ptr<LazWorkers> LazWorkers::shared() {
   static std::mutex mutex;

@@ -39,7 +39,7 @@ class LazWorker {
   LazWorker(const LazWorker&) = delete;
   LazWorker& operator=(const LazWorker&) = delete;
 
-  /// Hands over a chunk. All its records must be received before the next. Throws LazWorkerFailure, and
+  /// Hands over a chunk. Before the next, all its records must be received and finish called. Throws LazWorkerFailure, and
   /// kInput where the file ends within the chunk.
   void send(const RandomAccessFile& file, const LazRequest& request);
 
@@ -48,9 +48,12 @@ class LazWorker {
   std::uint32_t receive(std::uint32_t most, std::uint16_t record_bytes,
                         std::vector<std::byte>& records);
 
+  /// After the last record: throws LazWorkerFailure if the chunk was not used up exactly.
+  void finish();
+
  private:
   explicit LazWorker(const std::filesystem::path& script);
-  void await_ready();
+  void expect(std::uint32_t expected);
   void send_bytes(const std::byte* bytes, std::size_t count);
   void receive_bytes(std::byte* bytes, std::size_t count);
   std::uint32_t receive_number();
@@ -68,7 +71,7 @@ class LazWorkers {
 
   /// An idle worker or a new one; see LazWorker().
   std::unique_ptr<LazWorker> take();
-  /// Only after all records of its chunk were received.
+  /// Only after LazWorker::finish.
   void give_back(std::unique_ptr<LazWorker> worker);
 
  private:
