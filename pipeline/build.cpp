@@ -147,7 +147,7 @@ class Build {
 
  private:
   void run_stages() {
-    const stages::Scans scans = open_campaign(options_.campaign);
+    stages::Scans scans = open_campaign(options_.campaign);
     const stages::ImportOptions import{
         .drop = options_.drop, .keep = options_.keep, .resolution = options_.resolution};
     require_disk(workspace_, scans, import);
@@ -159,6 +159,7 @@ class Build {
     const Tree tree = choose_tree(options_, imported.points);
     const DatasetHeader header = make_header(options_, imported, tree);
     const formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+    scans.clear();  // and with them their worker processes
 
     stages::SplitPoints points = stages::split(std::move(imported), tree, context_);
 

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "formats/scans/laz/worker.h"
+
 namespace cairn::pipeline {
 namespace {
 
@@ -137,6 +139,8 @@ std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_byt
   return std::max(asked_bytes != 0 ? asked_bytes : machine_bytes / 2, kLeastMemoryBytes);
 }
 
-std::uint64_t peak_memory_bytes() { return read_kilobytes("/proc/self/status", "VmHWM:"); }
+std::uint64_t peak_memory_bytes() {
+  return read_kilobytes("/proc/self/status", "VmHWM:") + formats::laz_workers_peak_bytes();
+}
 
 }  // namespace cairn::pipeline

@@ -28,7 +28,8 @@ std::uint64_t machine_memory_bytes(const std::filesystem::path& root = "/");
 /// kLeastMemoryBytes.
 std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_bytes);
 
-/// The largest resident memory that this process has had so far (VmHWM); 0 where that is not told.
+/// The largest resident memory that this process has had so far (VmHWM; 0 where that is not told), and the
+/// largest that its worker processes have had together: at most, since the two may not be at the same time.
 std::uint64_t peak_memory_bytes();
 
 }  // namespace cairn::pipeline

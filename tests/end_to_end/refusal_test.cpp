@@ -17,7 +17,7 @@ class Refusal : public ProgramTest {};
 
 TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
   CAIRN_NEEDS_SHARED_DATA();
-  for (const char* suffix : {".las", ".ply"})
+  for (const char* suffix : {".las", ".laz", ".ply"})
     for (const fs::path& scan : files_in(CAIRN_SHARED_DATA "/hostile", suffix)) {
       SCOPED_TRACE(scan.filename().string());
       const Outcome outcome = build({scan});
@@ -36,7 +36,7 @@ TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
 TEST_F(Refusal, ScansWithoutPointsSaySo) {
   CAIRN_NEEDS_SHARED_DATA();
   for (const char* name :
-       {"no-points.las", "no-points-1.3.las", "ply_empty_ascii.ply", "ply_empty_bin.ply"}) {
+       {"no-points.las", "no-points-1.3.las", "no-points-1.3.laz", "ply_empty_ascii.ply", "ply_empty_bin.ply"}) {
     SCOPED_TRACE(name);
     const Outcome outcome = build({std::string(CAIRN_SHARED_DATA "/hostile/") + name});
     expect_refusal(outcome, 3);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "formats/error.h"
+#include "formats/scans/laz/worker.h"
 #include "tests/support/manifest.h"
 #include "tests/support/scan_points.h"
 
@@ -67,6 +68,7 @@ const std::map<std::string, std::string>& refused_laz() {
 void expect_laz_as_in_manifest(bool campaigns) {
   const auto entries = entries_ending(".laz", false);
   if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  const auto workers = LazWorkers::shared();  // used for all files
   for (const auto& entry : entries)
     if (entry.path.starts_with("campaign") == campaigns && !refused_laz().contains(entry.path))
       expect_as_in_manifest(entry);
@@ -148,6 +150,7 @@ const std::map<std::string, Outcome>& hostile_outcomes() {
 
 TEST(ScanSamples, HostileFilesAreReadOrRefusedAsListed) {
   if (!std::filesystem::exists(kShared / "MANIFEST.tsv")) GTEST_SKIP() << "no shared scans";
+  const auto workers = LazWorkers::shared();
   for (const auto& [name, outcome] : hostile_outcomes()) {
     SCOPED_TRACE(name);
     try {

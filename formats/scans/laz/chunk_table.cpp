@@ -125,8 +125,9 @@ LazChunks place_chunks(const FileAndHeader& laz, const std::vector<Entry>& entri
     const std::uint64_t claimed = laz.encoding.chunk_points == 0
                                       ? entries[i].points
                                       : std::min<std::uint64_t>(left, laz.encoding.chunk_points);
-    if (claimed > left || chunk.size_bytes > table - placed.end)
-      laz.refuse(fmt::format("LAZ chunk {} of {} is more than there is", i + 1, entries.size()),
+    if (claimed > left || chunk.size_bytes > table - placed.end ||
+        (claimed == 0 && chunk.size_bytes > 0))
+      laz.refuse(fmt::format("LAZ chunk {} of {} holds other than there is", i + 1, entries.size()),
                  chunk.offset, fmt::format("{} points in {} bytes", claimed, chunk.size_bytes),
                  fmt::format("at most {} points and {} bytes", left, table - placed.end));
     chunk.points = static_cast<std::uint32_t>(claimed);

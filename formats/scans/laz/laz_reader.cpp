@@ -15,8 +15,10 @@ namespace {
 
 // Two chunks as LASzip makes them, or many of the small ones of COPC.
 constexpr std::uint64_t kStretchPoints = 100'000;
-// Resident memory of a worker that decodes small records, and how that grows, as measured.
-constexpr std::uint64_t kWorkerBytes = std::uint64_t{64} << 20;
+// Resident memory of a worker, measured: what it takes at all, and the models of each extra byte.
+constexpr std::uint64_t kWorkerBytes = std::uint64_t{60} << 20;
+constexpr std::uint64_t kPointwiseModelBytes = 3 << 10;
+constexpr std::uint64_t kLayeredModelBytes = 11 << 10;
 
 constexpr std::size_t kChannelByte = 15;  // of a record of point format 6 to 8
 constexpr std::byte kChannelBits{0x30};
@@ -71,7 +73,10 @@ std::uint64_t LazReader::stretch_capacity(std::size_t stretch) const {
 std::uint64_t LazReader::read_bytes() const {
   std::uint64_t largest = 0;
   for (const LazChunk& chunk : chunks_) largest = std::max(largest, chunk.size_bytes);
-  return kWorkerBytes + largest;
+  const std::uint64_t extra = header_.record_length_bytes - las_point_size(header_.point_format);
+  // The chunk, and once more its layers.
+  return kWorkerBytes + 2 * largest +
+         extra * (encoding_.layered ? kLayeredModelBytes : kPointwiseModelBytes);
 }
 
 void LazReader::read(std::size_t stretch, const BlockSink& sink) const {
