@@ -141,6 +141,26 @@ TEST(LazSamples, ChunkTablesAddUp) {
   }
 }
 
+TEST(LazSamples, AFlippedByteInAPointwiseChunkIsNoticed) {
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto workers = LazWorkers::shared();
+  const test::TemporaryFolder folder;
+  const std::string bytes = test::read_text(kShared / "laz/autzen_trim.laz");
+  for (const std::size_t at : {std::size_t{2250}, bytes.size() / 2, bytes.size() - 100}) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    try {
+      test::read_points(folder.write("damaged.laz", damaged));
+      ADD_FAILURE() << "not noticed at byte " << at;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kInput);
+      const std::string text = error.what();
+      EXPECT_NE(text.find("cannot be decoded"), std::string::npos) << text;
+      EXPECT_NE(text.find("damaged.laz"), std::string::npos) << text;
+    }
+  }
+}
+
 TEST(LazSamples, LayeredChunksAreFoundWithoutTheTable) {
   CAIRN_NEEDS_SHARED_DATA();
   const std::string name = "copc/lone-star.copc.laz";
