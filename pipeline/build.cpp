@@ -164,7 +164,7 @@ class Build {
   void run_stages() {
     CampaignOptions campaign = options_.campaign;
     campaign.memory_bytes = context_.memory_bytes;
-    const stages::Scans scans = open_campaign(campaign);
+    stages::Scans scans = open_campaign(campaign);
     const stages::ImportOptions import{
         .drop = options_.drop, .keep = options_.keep, .resolution = options_.resolution};
     require_disk(workspace_, scans, import);
@@ -177,6 +177,7 @@ class Build {
     require_memory(tree, imported, context_.memory_bytes);
     const DatasetHeader header = make_header(options_, imported, tree);
     const formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+    scans.clear();  // and with them their worker processes
 
     stages::SplitPoints points = stages::split(std::move(imported), tree, context_);
 

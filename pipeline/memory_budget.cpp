@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "formats/scans/laz/worker.h"
+
 namespace cairn::pipeline {
 namespace {
 
@@ -141,6 +143,7 @@ std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_byt
 void restart_peak_memory() {
   constexpr const char* kResetPeak = "5";  // proc(5), /proc/pid/clear_refs
   std::ofstream("/proc/self/clear_refs") << kResetPeak;
+  formats::restart_laz_workers_peak();
 }
 
 double cpu_seconds() {
@@ -149,6 +152,8 @@ double cpu_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-std::uint64_t peak_memory_bytes() { return read_kilobytes("/proc/self/status", "VmHWM:"); }
+std::uint64_t peak_memory_bytes() {
+  return read_kilobytes("/proc/self/status", "VmHWM:") + formats::laz_workers_peak_bytes();
+}
 
 }  // namespace cairn::pipeline

@@ -28,8 +28,9 @@ std::uint64_t machine_memory_bytes(const std::filesystem::path& root = "/");
 /// kLeastMemoryBytes.
 std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_bytes);
 
-/// The largest resident memory that this process has had (VmHWM) since it began or since
-/// restart_peak_memory; 0 where that is not told.
+/// The largest resident memory that this process has had (VmHWM; 0 where that is not told), and the largest that its
+/// worker processes have had together, since it began or since restart_peak_memory: at most, since the two may
+/// not be at the same time.
 std::uint64_t peak_memory_bytes();
 /// Counts the peak from now on. Where the system does not allow that the peak stays that of the whole process.
 void restart_peak_memory();

@@ -17,6 +17,9 @@ elif [[ $# -gt 0 ]]; then
   grep '^#   ' "$0" >&2
   exit 2
 fi
+# Node.js may come from elsewhere, with an npm of its own.
+command -v node >/dev/null || packages+=(nodejs)
+command -v npm >/dev/null || packages+=(npm)
 
 missing=()
 for package in "${packages[@]}"; do

@@ -15,7 +15,6 @@ namespace {
 constexpr std::uint64_t kStretchPoints = 4 * kBlockPoints;
 // Bytes read at a time: few enough to be decoded from the second-level cache.
 constexpr std::size_t kReadBytes = std::size_t{128} << 10;
-constexpr std::size_t kPointFormatField = 104;
 
 /// Where the room for points ends, and what is wrong if they do not fit.
 struct PointsEnd {
@@ -38,32 +37,33 @@ PointsEnd points_end_of(const LasHeader& header, std::uint64_t file_size_bytes) 
 
 }  // namespace
 
+LasLayout describe_las(const RandomAccessFile& file, const LasHeader& header,
+                       std::uint64_t points_end, bool allow_truncated, ScanInfo& info) {
+  info.path = file.path();
+  info.format = fmt::format("{} 1.{}, point format {}", header.compressed ? "LAZ" : "LAS",
+                            header.version_minor, header.point_format);
+  info.encoding = PositionEncoding::kSteps;
+  info.scale = header.scale;
+  info.offset = header.offset;
+  info.claimed_points = header.point_count;
+
+  LasRecords records = read_las_records(file, header, points_end, allow_truncated);
+  info.crs = std::move(records.crs);
+  LasLayout layout;
+  layout.point_format = header.point_format;
+  layout.record_length_bytes = header.record_length_bytes;
+  append_las_fields(header.point_format, info.schema, layout);
+  append_extra_bytes(records.extra_bytes, info.schema, layout);
+  return layout;
+}
+
 LasReader::LasReader(const std::filesystem::path& path, const ScanOptions& options)
     : file_(path), header_(read_las_header(file_)) {
-  if (header_.compressed)
-    throw_input({.what = "LAZ is not read yet: the points are compressed",
-                 .path = path,
-                 .offset = kPointFormatField,
-                 .found = fmt::format("LAZ 1.{}, point format {}", header_.version_minor,
-                                      header_.point_format),
-                 .expected = "LAS without compression"});
-  info_.path = path;
-  info_.format =
-      fmt::format("LAS 1.{}, point format {}", header_.version_minor, header_.point_format);
-  info_.encoding = PositionEncoding::kSteps;
-  info_.scale = header_.scale;
-  info_.offset = header_.offset;
-  info_.claimed_points = header_.point_count;
+  CAIRN_CHECK(!header_.compressed);
   info_.present_points = present_points(options);
-
   const std::uint64_t points_end =
       header_.point_data_offset + info_.present_points * header_.record_length_bytes;
-  LasRecords records = read_las_records(file_, header_, points_end, options.allow_truncated);
-  info_.crs = std::move(records.crs);
-  layout_.point_format = header_.point_format;
-  layout_.record_length_bytes = header_.record_length_bytes;
-  append_las_fields(header_.point_format, info_.schema, layout_);
-  append_extra_bytes(records.extra_bytes, info_.schema, layout_);
+  layout_ = describe_las(file_, header_, points_end, options.allow_truncated, info_);
 }
 
 std::uint64_t LasReader::present_points(const ScanOptions& options) const {

@@ -12,11 +12,17 @@
 
 namespace cairn::formats {
 
+/// What LAS and LAZ have in common: fills `info`, except for the points present, from the header and the
+/// records around the points, which end at `points_end`. Returns how a record is decoded. Throws as
+/// read_las_records does.
+LasLayout describe_las(const RandomAccessFile& file, const LasHeader& header,
+                       std::uint64_t points_end, bool allow_truncated, ScanInfo& info);
+
 class LasReader : public ScanReader {
  public:
-  /// Opens and checks the file. Throws kInput for a damaged or compressed one, and for one that
-  /// ends, or whose EVLRs or waveform packets begin, before the last record that its header claims
-  /// ends, unless `options.allow_truncated`.
+  /// Opens and checks the file, which is not compressed. Throws kInput for a damaged one, and for one that
+  /// ends, or whose EVLRs or waveform packets begin, before the last record that its header claims ends,
+  /// unless `options.allow_truncated`.
   LasReader(const std::filesystem::path& path, const ScanOptions& options);
 
   std::size_t stretch_count() const override;

@@ -7,6 +7,7 @@
 #include "formats/error.h"
 #include "formats/random_access_file.h"
 #include "formats/scans/las_reader.h"
+#include "formats/scans/laz/laz_reader.h"
 #include "formats/scans/pcd_reader.h"
 #include "formats/scans/ply_reader.h"
 #include "formats/scans/posed_scan.h"
@@ -42,6 +43,10 @@ bool begins_ply(const std::string& magic) {
          (magic[3] == '\n' || magic[3] == '\r' || magic[3] == ' ' || magic[3] == '\t');
 }
 
+bool is_compressed(const std::filesystem::path& path) {
+  return read_las_header(RandomAccessFile(path)).compressed;
+}
+
 using Readers = std::vector<std::unique_ptr<ScanReader>>;
 
 template <typename Reader>
@@ -68,7 +73,9 @@ bool has_marked_suffix(const std::filesystem::path& path) {
 // like points is opened by its suffix, for a message that tells what is wrong with it.
 Readers open_unplaced(const std::filesystem::path& path, const ScanOptions& options) {
   const std::string magic = first_bytes(path);
-  if (magic.starts_with("LASF")) return open_one<LasReader>(path, options);
+  if (magic.starts_with("LASF"))
+    return is_compressed(path) ? open_one<LazReader>(path, options)
+                               : open_one<LasReader>(path, options);
   if (begins_ply(magic)) return open_one<PlyReader>(path, options);
   if (begins_pcd(magic) || has_suffix(path, {".pcd"})) return open_one<PcdReader>(path, options);
   if (begins_ptx(magic) || has_suffix(path, {".ptx"})) return open_ptx(path, options);
@@ -79,7 +86,7 @@ Readers open_unplaced(const std::filesystem::path& path, const ScanOptions& opti
                .path = path,
                .offset = 0,
                .found = describe(magic, path),
-               .expected = "a LAS, PLY, PCD, PTX, PTS or XYZ file"});
+               .expected = "a LAS, LAZ, PLY, PCD, PTX, PTS or XYZ file"});
 }
 
 }  // namespace

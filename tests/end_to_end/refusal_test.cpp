@@ -21,7 +21,7 @@ class Refusal : public ProgramTest {};
 
 TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
   CAIRN_NEEDS_SHARED_DATA();
-  for (const char* suffix : {".las", ".ply"}) {
+  for (const char* suffix : {".las", ".laz", ".ply", ".pcd", ".pts", ".obj", ".e57"}) {
     const auto scans = files_in(CAIRN_SHARED_DATA "/hostile", suffix);
     ASSERT_FALSE(scans.empty()) << suffix;
     for (const fs::path& scan : scans) {
@@ -42,8 +42,8 @@ TEST_F(Refusal, HostileScansAreBuiltOrRefusedCleanly) {
 
 TEST_F(Refusal, ScansWithoutPointsSaySo) {
   CAIRN_NEEDS_SHARED_DATA();
-  for (const char* name :
-       {"no-points.las", "no-points-1.3.las", "ply_empty_ascii.ply", "ply_empty_bin.ply"}) {
+  for (const char* name : {"no-points.las", "no-points-1.3.las", "no-points-1.3.laz",
+                           "ply_empty_ascii.ply", "ply_empty_bin.ply"}) {
     SCOPED_TRACE(name);
     const Outcome outcome = build({std::string(CAIRN_SHARED_DATA "/hostile/") + name});
     expect_refusal(outcome, 3);
@@ -159,6 +159,19 @@ TEST_F(Refusal, AnErrorAfterASignalIsToldAsTheErrorThatItIs) {
                  "; kill -TERM $!; sleep 0.2; echo 'nonsense = 1' >&3; exec 3>&-; wait $!"});
   expect_refusal(outcome, 2);
   EXPECT_THAT(outcome.err, HasSubstr("unknown key 'nonsense'"));
+}
+
+TEST_F(Refusal, ABuildStoppedWhileItDecodesLazCleansUpAndSaysSo) {
+  CAIRN_NEEDS_SHARED_DATA();
+  const Outcome outcome =
+      run_program(CAIRN_PROGRAM,
+                  {"build", "--progress", "json",
+                   CAIRN_SHARED_DATA "/campaign_autzen/autzen_1_1.laz", "-o", output()},
+                  SIGINT, "\"begin\"");
+  EXPECT_EQ(outcome.exit_code, 128 + SIGINT) << outcome.err;
+  EXPECT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+  EXPECT_FALSE(fs::exists(output()));
+  EXPECT_FALSE(fs::exists(output() + ".work"));
 }
 
 TEST_F(Refusal, AKilledBuildIsStartedAgainAndMakesTheSameBytes) {

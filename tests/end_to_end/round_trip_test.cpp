@@ -104,6 +104,61 @@ TEST_F(RoundTrip, EveryLasComesBackAsItWas) {
   }
 }
 
+TEST_F(RoundTrip, LazComesBackAsItsLasSibling) {
+  CAIRN_NEEDS_SHARED_DATA();
+  for (const auto& [laz, las] : {std::pair{"laz/autzen_trim.laz", "las/autzen_trim.las"},
+                                 {"laz/pdrf8-1.4.laz", "las/pdrf8-1.4.las"}}) {
+    SCOPED_TRACE(laz);
+    const fs::path shared = CAIRN_SHARED_DATA;
+    const Json told = build_and_verify({shared / laz}, {"--preset", "archive"});
+    ASSERT_TRUE(told.is_object());
+    // Both hold the same points.
+    const Outcome verified =
+        cairn({"verify", "--progress", "none", output(), "--against", shared / las});
+    EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
+    const std::string back = folder_ / "back.las";
+    const Outcome exported = cairn({"export", "--progress", "none", output(), "-o", back});
+    ASSERT_EQ(exported.exit_code, 0) << exported.err;
+    LasFile expected = read_las(shared / las);
+    LasFile found = read_las(back);
+    ASSERT_EQ(found.scale, expected.scale);
+    rebase(found, expected.offset);
+    std::sort(expected.points.begin(), expected.points.end());
+    std::sort(found.points.begin(), found.points.end());
+    EXPECT_TRUE(found.points == expected.points);
+    fs::remove_all(output());
+    fs::remove(back);
+  }
+}
+
+TEST_F(RoundTrip, ThreadsChangeNoByteOfALazCampaign) {
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto built_with = [&](const char* threads) {
+    std::vector<std::string> arguments{"--threads", threads, "--reducer", "first"};
+    for (const char* name : {"ALS_Clip.laz", "MLS_Clip.laz", "UAS_Clip.laz"})
+      arguments.push_back(std::string(CAIRN_SHARED_DATA "/campaign_plot/") + name);
+    EXPECT_EQ(build(arguments).exit_code, 0);
+    std::string bytes;
+    for (const char* file : {"index.bin", "nodes.bin", "metadata.json"})
+      bytes += read_text(output() + "/" + file);
+    fs::remove_all(output());
+    return bytes;
+  };
+  EXPECT_TRUE(built_with("1") == built_with("3"));
+}
+
+TEST_F(RoundTrip, ThePeakOfMemoryHoldsTheWorkersThatDecode) {
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto peak_of = [&](const char* scan) {
+    EXPECT_EQ(build({std::string(CAIRN_SHARED_DATA "/") + scan}).exit_code, 0);
+    const Json run = Json::parse(read_text(output() + "/run.json"));
+    fs::remove_all(output());
+    return run.at("peak_memory_bytes").get<std::uint64_t>();
+  };
+  constexpr std::uint64_t kLeastNodeJs = std::uint64_t{20} << 20;
+  EXPECT_GT(peak_of("laz/autzen_trim.laz"), peak_of("las/autzen_trim.las") + kLeastNodeJs);
+}
+
 TEST_F(RoundTrip, TheBunnysSixScansComeBackToTheGrid) {
   CAIRN_NEEDS_SHARED_DATA();
   const auto counts = manifest_counts();

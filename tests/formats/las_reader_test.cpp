@@ -243,11 +243,11 @@ TEST_F(LasReader, RefusesUnknownVersionsFormatsAndOffsets) {
   expect_refused(changed(100, std::uint32_t{1}), "variable length records cannot be true");
 }
 
-TEST_F(LasReader, RefusesCompressedPointsByName) {
+TEST_F(LasReader, RefusesCompressedPointsWithoutARecordThatSaysHow) {
   for (const int flag : {0x80, 0x40}) {
     std::string bytes = file_of(3).build();
     put_at(bytes, 104, static_cast<std::uint8_t>(3 | flag));
-    expect_refused(bytes, "LAZ is not read yet");
+    expect_refused(bytes, "the points are compressed and no record says how");
   }
 }
 

@@ -50,6 +50,7 @@ std::vector<ManifestEntry> read_manifest(const std::filesystem::path& file) {
     ManifestEntry entry;
     entry.path = fields[0];
     entry.format = fields[2];
+    entry.attributes = fields[4];
     const bool counted =
         !fields[3].empty() && fields[3].find_first_not_of("0123456789") == std::string::npos;
     if (counted) entry.points = std::stoull(fields[3]);

@@ -13,6 +13,7 @@ namespace cairn::test {
 struct ManifestEntry {
   std::string path;  ///< relative to the folder of the manifest
   std::string format;
+  std::string attributes;               ///< "Imax=254 Rmax=240 classes=1 ..."
   std::optional<std::uint64_t> points;  ///< none where no reader could tell
   /// Least and greatest coordinates, and half a unit of the last digit that each is given with.
   struct Bound {
