@@ -4,12 +4,10 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <numeric>
-#include <sstream>
 
 #include "formats/error.h"
+#include "pipeline/toml_text.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -51,22 +49,6 @@ std::size_t distance(std::string_view a, std::string_view b) {
   const std::string hint =
       nearest.empty() ? "keys are " + all : fmt::format("did you mean '{}'?", nearest);
   formats::throw_usage(fmt::format("{}: unknown key '{}'; {}", where, key, hint));
-}
-
-/// The text of a value that is no table or array, as a flag would have it.
-std::optional<std::string> scalar_text(const toml::node& node) {
-  if (const auto* text = node.as_string()) return text->get();
-  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
-  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
-  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
-  return std::nullopt;
-}
-
-std::string described(const toml::node& node) {
-  const auto text = scalar_text(node);
-  if (node.is_string()) return "the string \"" + *text + "\"";
-  if (text) return *text;
-  return node.is_array() ? "an array" : node.is_table() ? "a table" : "a date or time";
 }
 
 bool has_type(const toml::node& node, SettingKind kind) {
@@ -125,15 +107,6 @@ std::vector<std::string> values_of(const toml::node& node, const Setting& settin
   return values;
 }
 
-toml::table parse_toml(std::string_view text, const std::string& name) {
-  try {
-    return toml::parse(text, name);
-  } catch (const toml::parse_error& error) {
-    formats::throw_usage(
-        fmt::format("{}, line {}: {}", name, error.source().begin.line, error.description()));
-  }
-}
-
 }  // namespace
 
 SettingLayer parse_config(std::string_view text, const std::string& name,
@@ -151,12 +124,7 @@ SettingLayer parse_config(std::string_view text, const std::string& name,
 }
 
 SettingLayer read_config(const std::filesystem::path& file) {
-  errno = 0;
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || !text) formats::throw_system("cannot read the configuration", file, errno);
-  return parse_config(text.str(), file.string(), file.parent_path());
+  return parse_config(read_toml_text(file), file.string(), file.parent_path());
 }
 
 }  // namespace cairn::pipeline

@@ -31,6 +31,7 @@ constexpr const char* kFooter =
     "  cairn info site.cairn\n"
     "  cairn verify site.cairn --against scan1.las scan2.ply\n"
     "  cairn export site.cairn -o site.ply\n"
+    "  cairn simulate configs/scenes/statue.toml -o statue\n"
     "\n"
     "'cairn COMMAND --help' tells the flags of a command.\n"
     "Exit codes: 0 done, 2 usage, 3 bad input, 4 system (disk, memory, permission),\n"
@@ -91,7 +92,8 @@ int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
     return program.exit(error);
   const auto chosen = program.get_subcommands();
   if (chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
-    return fail("no command is given: build, info, verify or export; see cairn --help", kUsageExit);
+    return fail("no command is given: build, info, verify, export or simulate; see cairn --help",
+                kUsageExit);
   const std::string command = chosen.empty() ? "" : chosen.front()->get_name() + " ";
   return fail(fmt::format("{}; see cairn {}--help", error.what(), command), kUsageExit);
 }
@@ -104,9 +106,9 @@ int parse_and_run(int argc, char** argv) {
   program.set_help_flag("-h,--help", "print this help and leave");
   program.get_formatter()->column_width(30);
   program.require_subcommand(1);
-  const std::array<std::unique_ptr<Command>, 4> commands{
+  const std::array<std::unique_ptr<Command>, 5> commands{
       make_build_command(program), make_info_command(program), make_verify_command(program),
-      make_export_command(program)};
+      make_export_command(program), make_simulate_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
