@@ -41,6 +41,11 @@ std::optional<std::vector<Vector3>> line_of_points(const toml::node& node) {
   return points;
 }
 
+std::optional<std::string> mesh_path(const toml::node& node) {
+  const auto path = any_text(node);
+  return path && formats::is_mesh_path(*path) ? path : std::nullopt;
+}
+
 ShapePtr read_plane(CheckedTable& table, const std::filesystem::path&) {
   const auto size = table.need("size", "two lengths above 0: [along x, along y]", lengths<2>);
   return stages::make_plane(size[0], size[1]);
@@ -71,7 +76,7 @@ ShapePtr read_statue(CheckedTable& table, const std::filesystem::path&) {
 }
 
 ShapePtr read_mesh_shape(CheckedTable& table, const std::filesystem::path& folder) {
-  const std::string path = table.need("path", "the path of a .ply or .obj mesh", any_text);
+  const std::string path = table.need("path", "the path of a .ply or .obj mesh", mesh_path);
   const double scale = table.find("scale", "a factor above 0", positive_number).value_or(1);
   formats::Mesh mesh = formats::read_mesh(folder / path);
   for (Vector3& vertex : mesh.vertices)

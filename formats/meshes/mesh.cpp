@@ -12,6 +12,16 @@
 #include "formats/meshes/mesh_builder.h"
 
 namespace cairn::formats {
+namespace {
+
+std::string suffix_of(const std::filesystem::path& path) {
+  std::string suffix = path.extension().string();
+  for (char& c : suffix)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return suffix;
+}
+
+}  // namespace
 
 void MeshBuilder::add_vertex(const Vector3& position, std::uint64_t offset) {
   for (const double value : position)
@@ -55,12 +65,13 @@ Mesh MeshBuilder::take() && {
   return std::move(mesh_);
 }
 
+bool is_mesh_path(const std::filesystem::path& path) {
+  return suffix_of(path) == ".ply" || suffix_of(path) == ".obj";
+}
+
 Mesh read_mesh(const std::filesystem::path& path) {
-  std::string suffix = path.extension().string();
-  for (char& c : suffix)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  if (suffix == ".ply") return read_ply_mesh(path);
-  if (suffix == ".obj") return read_obj_mesh(path);
+  if (suffix_of(path) == ".ply") return read_ply_mesh(path);
+  if (suffix_of(path) == ".obj") return read_obj_mesh(path);
   throw_usage(
       fmt::format("cannot read the mesh {}: its suffix is neither .ply nor .obj", path.string()));
 }

@@ -24,4 +24,7 @@ struct Mesh {
 /// three vertices or with a vertex that is not there, and for a mesh without a face.
 Mesh read_mesh(const std::filesystem::path& path);
 
+/// Whether the suffix is one that read_mesh reads.
+bool is_mesh_path(const std::filesystem::path& path);
+
 }  // namespace cairn::formats

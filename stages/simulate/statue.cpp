@@ -51,8 +51,8 @@ constexpr double kWaveShift = 0.5;
 constexpr std::uint32_t kCells = 96;
 constexpr double kCell = 1.0 / kCells;
 constexpr std::uint32_t kCellsAcross = 56;
-constexpr Vector3 kCorner{-0.5 * kCellsAcross * kCell, -0.5 * kCellsAcross* kCell, -0.05};
-constexpr std::uint32_t kCellsUp = kCells + 10;
+constexpr Vector3 kCorner{-0.5 * kCellsAcross * kCell, -0.5 * kCellsAcross* kCell, -0.08};
+constexpr std::uint32_t kCellsUp = kCells + 12;
 /// Two changes of sign closer than this may be missed where a ray grazes the surface.
 constexpr double kLeastStep = kCell / 200;
 
@@ -79,12 +79,47 @@ double distance_to(const Cone& cone, const Vector3& p) {
   return length(p - ball.centre) - ball.radius;
 }
 
-/// By how much the smooth union of two distances lies below the lesser, as a share in 0 to 1 of kBlend.
-double overlap(double a, double b) { return std::max(kBlend - std::fabs(a - b), 0.0) / kBlend; }
+/// The smooth union of distances d_i: the m at which the sum of (1 - (d_i - m) / kBlend)^2, over the d_i below
+/// m + kBlend, is 1. It is no more than the least of them, depends on no order, and what is farther than kBlend
+/// from it has no part in it. Its slope is the mean of theirs, with the terms under the square as weights.
+struct Union {
+  double distance = kNoHit;
+  std::size_t count = 0;
+  std::array<std::size_t, kCones.size()>
+      cones;  ///< the first `count`: those that take part, nearest first
+  std::array<double, kCones.size()> weights;  ///< of these
+};
 
-double smooth_union(double a, double b) {
-  const double h = overlap(a, b);
-  return std::min(a, b) - h * h * kBlend / 4;
+Union smooth_union(const Vector3& p, std::uint32_t parts) {
+  Union result;
+  std::array<double, kCones.size()> distances;
+  std::size_t candidates = 0;
+  for (std::size_t i = 0; i < kCones.size(); ++i) {
+    if ((parts >> i & 1) == 0) continue;
+    const double distance = distance_to(kCones[i], p);
+    std::size_t at = candidates++;
+    for (; at > 0 && distances[at - 1] > distance; --at) {
+      distances[at] = distances[at - 1];
+      result.cones[at] = result.cones[at - 1];
+    }
+    distances[at] = distance;
+    result.cones[at] = i;
+  }
+  const double least = distances[0];
+  // In units of kBlend below the least; each that joins draws the union farther down.
+  double u = 0, sum = 0, squares = 0;
+  for (; result.count < candidates; ++result.count) {
+    const double e = 1 - (distances[result.count] - least) / kBlend;
+    if (!(e + u > 0)) break;
+    sum += e;
+    squares += e * e;
+    const auto n = static_cast<double>(result.count + 1);
+    u = (std::sqrt(std::max(0.0, sum * sum - n * (squares - 1))) - sum) / n;
+    result.weights[result.count] = e;
+  }
+  for (std::size_t i = 0; i < result.count; ++i) result.weights[i] += u;
+  result.distance = least + kBlend * u;
+  return result;
 }
 
 Vector3 waves_at(const Wave& wave, const Vector3& p) {
@@ -104,12 +139,7 @@ double Statue::steepest() {
 Statue::Statue(double height) : height_(height) { find_cells(); }
 
 double Statue::value(const Vector3& p, Parts parts) const {
-  double sum = kNoHit;
-  for (std::size_t i = 0; i < kCones.size(); ++i)
-    if ((parts >> i & 1) != 0) {
-      const double part = distance_to(kCones[i], p);
-      sum = sum < kNoHit ? smooth_union(sum, part) : part;
-    }
+  double sum = smooth_union(p, parts).distance;
   for (const Wave& wave : kWaves) {
     const Vector3 a = waves_at(wave, p);
     sum -= wave.amplitude * std::sin(a[0]) * std::sin(a[1]) * std::sin(a[2]);
@@ -118,23 +148,15 @@ double Statue::value(const Vector3& p, Parts parts) const {
 }
 
 Vector3 Statue::gradient(const Vector3& p, Parts parts) const {
-  double sum = kNoHit;
+  const Union joined = smooth_union(p, parts);
   Vector3 slope{};
-  for (std::size_t i = 0; i < kCones.size(); ++i) {
-    if ((parts >> i & 1) == 0) continue;
-    const Ball ball = nearest_ball(kCones[i], p);
-    const double part = length(p - ball.centre) - ball.radius;
-    const Vector3 part_slope = normalised(p - ball.centre);
-    if (!(sum < kNoHit)) {
-      sum = part;
-      slope = part_slope;
-      continue;
-    }
-    const double share = overlap(sum, part) / 2;  // of the greater one
-    slope = sum < part ? slope * (1 - share) + part_slope * share
-                       : part_slope * (1 - share) + slope * share;
-    sum = smooth_union(sum, part);
+  double weights = 0;
+  for (std::size_t i = 0; i < joined.count; ++i) {
+    const Ball ball = nearest_ball(kCones[joined.cones[i]], p);
+    slope = slope + normalised(p - ball.centre) * joined.weights[i];
+    weights += joined.weights[i];
   }
+  slope = slope * (1 / weights);
   for (const Wave& wave : kWaves) {
     const Vector3 a = waves_at(wave, p);
     const Vector3 s{std::sin(a[0]), std::sin(a[1]), std::sin(a[2])};

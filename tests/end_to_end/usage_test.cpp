@@ -15,7 +15,8 @@ TEST_F(Usage, HelpAndVersionAreAnswers) {
                                              {"build", "--help"},
                                              {"info", "-h"},
                                              {"verify", "--help"},
-                                             {"export", "--help"}}) {
+                                             {"export", "--help"},
+                                             {"simulate", "--help"}}) {
     const Outcome outcome = cairn(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_EQ(outcome.err, "");
@@ -47,6 +48,8 @@ TEST_F(Usage, WrongCommandLinesAreOneLineAndExitCodeTwo) {
       {"build", scan, "-o", output(), "--fanout", "8", "--node-points", "7"},
       {"info"},
       {"verify"},
+      {"simulate"},
+      {"simulate", folder_ / "none.toml"},
       {"export", folder_ / "none.cairn"}};
   for (const auto& arguments : wrong) {
     SCOPED_TRACE(::testing::PrintToString(arguments));
