@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <utility>
@@ -73,7 +74,8 @@ std::string campaign_text(const SceneFile& scene, const SimulateReport& report,
     text += fmt::format("  \"{}\",\n", station.file);
   text += fmt::format("]\nposes = \"{}\"\n", kPoses);
   if (scene.frame == stages::ScanFrame::kWorld) text += "poses_tell = \"sensors\"\n";
-  return text + fmt::format("output = \"../{}.cairn\"\n", name);
+  // The escapes of a JSON string are escapes of TOML too.
+  return text + "output = " + nlohmann::json("../" + name + ".cairn").dump() + "\n";
 }
 
 StationReport simulate_station(const SceneFile& scene, const stages::Station& station,

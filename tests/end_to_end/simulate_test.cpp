@@ -159,6 +159,14 @@ TEST_F(Simulate, KeepsWhatIsThereUnlessForced) {
   EXPECT_EQ(read_text(folder_ / "site/thesis.txt"), "mine");
 }
 
+TEST_F(Simulate, AFolderMayHaveAnyName) {
+  const std::string folder = folder_ / "a \"site\" \\ more";
+  ASSERT_EQ(cairn({"simulate", scene(), "--progress", "none", "-o", folder + "/"}).exit_code, 0);
+  const Outcome built = cairn({"build", folder + "/campaign.toml", "--progress", "none"});
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_TRUE(std::filesystem::exists(folder + ".cairn/index.bin"));
+}
+
 TEST_F(Simulate, RefusesWhatCannotBe) {
   expect_nothing_made(simulate({folder_ / "none.toml"}), 4);
   expect_nothing_made(simulate({scene(), "--points", "0"}), 2);
