@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <array>
-#include <cerrno>
-#include <fstream>
-
 #include "formats/error.h"
+#include "pipeline/toml_text.h"
 #include "pipeline/words.h"
 
 namespace cairn::pipeline {
@@ -27,22 +24,6 @@ using formats::ErrorKind;
   const std::string hint = nearest.empty() ? fmt::format("keys are {}", fmt::join(keys, ", "))
                                            : fmt::format("did you mean '{}'?", nearest);
   formats::throw_usage(fmt::format("{}: unknown key '{}'; {}", where, key, hint));
-}
-
-/// The text of a value that is no table or array, as a flag would have it.
-std::optional<std::string> scalar_text(const toml::node& node) {
-  if (const auto* text = node.as_string()) return text->get();
-  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
-  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
-  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
-  return std::nullopt;
-}
-
-std::string described(const toml::node& node) {
-  const auto text = scalar_text(node);
-  if (node.is_string()) return "the string \"" + *text + "\"";
-  if (text) return *text;
-  return node.is_array() ? "an array" : node.is_table() ? "a table" : "a date or time";
 }
 
 bool has_type(const toml::node& node, SettingKind kind) {
@@ -98,15 +79,6 @@ std::vector<std::string> values_of(const toml::node& node, const Setting& settin
   return values;
 }
 
-toml::table parse_toml(std::string_view text, const std::string& name) {
-  try {
-    return toml::parse(text, name);
-  } catch (const toml::parse_error& error) {
-    formats::throw_usage(
-        fmt::format("{}, line {}: {}", name, error.source().begin.line, error.description()));
-  }
-}
-
 }  // namespace
 
 SettingLayer parse_config(std::string_view text, const std::string& name,
@@ -124,14 +96,7 @@ SettingLayer parse_config(std::string_view text, const std::string& name,
 }
 
 SettingLayer read_config(const std::filesystem::path& file) {
-  errno = 0;
-  std::ifstream in(file, std::ios::binary);
-  std::string text;
-  std::array<char, 4096> part;
-  while (in.read(part.data(), part.size()), in.gcount() > 0)
-    text.append(part.data(), static_cast<std::size_t>(in.gcount()));
-  if (!in.eof()) formats::throw_system("cannot read the configuration", file, errno);
-  return parse_config(text, file.string(), file.parent_path());
+  return parse_config(read_toml_text(file), file.string(), file.parent_path());
 }
 
 }  // namespace cairn::pipeline

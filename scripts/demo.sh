@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the program, turns scans into a dataset, proves it against them, and tells what it holds.
 #
-#   scripts/demo.sh             a generated campaign of five million points in four files
+#   scripts/demo.sh             four million points of a statue, simulated from seven stations
 #   scripts/demo.sh scan...     your own scans
 #
 # The dataset is left in demo/, for use with the program build/release/cairn.
@@ -17,33 +17,26 @@ run() { printf '$ %s\n' "$*"; "$@"; }
 say "Set up and build"
 scripts/setup.sh
 cmake --preset release >/dev/null
-cmake --build --preset release --target cairn make_scan
+cmake --build --preset release --target cairn
 mkdir -p demo
 
 if [[ ${#scans[@]} -eq 0 ]]; then
-  say "Generate a campaign"
-  # make <points> <shape> <seed> <file>, unless it is there from an earlier run
-  make() {
-    if [[ ! -e demo/$4 ]]; then  # under its name only when it is whole
-      run build/release/make_scan --points "$1" --shape "$2" --seed "$3" -o "demo/half_$4"
-      mv "demo/half_$4" "demo/$4"
-    fi
-    scans+=("demo/$4")
-  }
-  make 1500000 statue 1 statue_east.las
-  make 1000000 statue 2 statue_west.ply
-  make 1500000 terrain 3 terrain.las
-  make 1000000 facade 4 facade.ply
+  say "Simulate a campaign"
+  run build/release/cairn simulate configs/scenes/statue.toml -o demo/statue --points 4000000 --force
+  sources=(demo/statue/campaign.toml)
+  scans=(demo/statue/*.ply)
+else
+  sources=("${scans[@]}")
 fi
 dataset=demo/campaign.cairn
 
 say "Build the dataset"
 SECONDS=0
-run build/release/cairn build "${scans[@]}" -o "$dataset" --force
+run build/release/cairn build "${sources[@]}" -o "$dataset" --force
 built_s=$SECONDS
 
 say "Verify it, against the scans"
-run build/release/cairn verify "$dataset" --against "${scans[@]}"
+run build/release/cairn verify "$dataset" --against "${sources[@]}"
 
 say "What it holds"
 run build/release/cairn info "$dataset"

@@ -8,7 +8,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache pkg-config git ca-certificates python3
   libtbb-dev libfmt-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
-  liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
+  liblzo2-dev libzstd-dev libxxhash-dev libembree-dev libgtest-dev libgmock-dev libbenchmark-dev
   libpcl-dev
 )
 if [[ "${1:-}" == checks ]]; then

@@ -30,8 +30,10 @@ std::string_view next_token(std::string_view& line) {
 
 bool is_blank(std::string_view line) { return next_token(line).empty(); }
 
-/// The length of a list of this type and byte order; negative lengths stay negative.
-std::int64_t load_length(const std::byte* bytes, ScalarType type, bool big_endian) {
+bool is_integer(ScalarType type) { return type != ScalarType::kF32 && type != ScalarType::kF64; }
+
+/// An integer of this type, which PLY has, and byte order.
+std::int64_t load_integer(const std::byte* bytes, ScalarType type, bool big_endian) {
   switch (type) {
     case ScalarType::kU8:
       return load_le<std::uint8_t>(bytes);
@@ -58,6 +60,7 @@ PlyRowSource::PlyRowSource(const RandomAccessFile& file, PlyEncoding encoding,
 
 bool PlyRowSource::next(std::span<std::byte> row, bool last) {
   row_offset_ = reader_.position();
+  if (items_ != nullptr) items_->clear();
   if (element_.properties.empty()) return true;
   return encoding_ == PlyEncoding::kAscii ? next_line(row, last) : next_binary(row);
 }
@@ -76,8 +79,10 @@ bool PlyRowSource::next_line(std::span<std::byte> row, bool last) {
   for (const PlyProperty& property : element_.properties) {
     std::string_view token = next_token(line);
     if (property.is_list() && !token.empty()) {
-      for (std::int64_t left = parse_list_length(token); left > 0 && !token.empty(); --left)
+      for (std::int64_t left = parse_list_length(token); left > 0 && !token.empty(); --left) {
         token = next_token(line);
+        if (&property == kept_ && !token.empty()) keep_text_item(property, token);
+      }
     }
     if (token.empty() && cut) return false;
     if (token.empty())
@@ -107,7 +112,7 @@ bool PlyRowSource::next_binary(std::span<std::byte> row) {
   std::size_t at = 0;
   for (const PlyProperty& property : element_.properties) {
     if (property.is_list()) {
-      if (!skip_binary_list(property)) return false;
+      if (!pass_binary_list(property)) return false;
       continue;
     }
     const std::size_t size = size_bytes(property.type);
@@ -119,20 +124,50 @@ bool PlyRowSource::next_binary(std::span<std::byte> row) {
   return true;
 }
 
-bool PlyRowSource::skip_binary_list(const PlyProperty& property) {
+bool PlyRowSource::pass_binary_list(const PlyProperty& property) {
   const std::size_t length_size = size_bytes(*property.count_type);
   if (reader_.remaining() < length_size) return false;
   const auto bytes = reader_.take(length_size);
   const std::int64_t length =
-      load_length(bytes.data(), *property.count_type, encoding_ == PlyEncoding::kBigEndian);
+      load_integer(bytes.data(), *property.count_type, encoding_ == PlyEncoding::kBigEndian);
   if (length < 0)
     refuse(fmt::format("the list {} has a negative length", property.name),
            fmt::format("{}", length), "a whole number");
   // At most 2^32 items of 8 bytes: no overflow.
   const std::uint64_t items_size = static_cast<std::uint64_t>(length) * size_bytes(property.type);
   if (items_size > reader_.remaining()) return false;
-  reader_.skip(items_size);
+  if (&property == kept_)
+    keep_binary_items(property, static_cast<std::uint64_t>(length));
+  else
+    reader_.skip(items_size);
   return true;
+}
+
+void PlyRowSource::keep_list(const PlyProperty& property, std::vector<std::uint64_t>& items) {
+  CAIRN_CHECK(property.is_list() && is_integer(property.type));
+  kept_ = &property;
+  items_ = &items;
+}
+
+void PlyRowSource::keep_text_item(const PlyProperty& property, std::string_view token) {
+  std::uint64_t item = 0;
+  if (!parse_number(token, ScalarType::kU64, reinterpret_cast<std::byte*>(&item)))
+    refuse(fmt::format("damaged value of the list {}", property.name), token,
+           "a whole number from 0");
+  items_->push_back(item);
+}
+
+/// The file holds all of them, so their number is no mere claim.
+void PlyRowSource::keep_binary_items(const PlyProperty& property, std::uint64_t count) {
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto bytes = reader_.take(size_bytes(property.type));
+    const std::int64_t item =
+        load_integer(bytes.data(), property.type, encoding_ == PlyEncoding::kBigEndian);
+    if (item < 0)
+      refuse(fmt::format("damaged value of the list {}", property.name), fmt::format("{}", item),
+             "a whole number from 0");
+    items_->push_back(static_cast<std::uint64_t>(item));
+  }
 }
 
 void PlyRowSource::refuse(std::string what, std::string_view found, std::string expected) const {

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/buffered_reader.h"
 #include "formats/scans/ply_header.h"
@@ -26,11 +28,20 @@ class PlyRowSource {
   /// Blank lines are passed over.
   bool next(std::span<std::byte> row, bool last);
 
+  /// From now on `next` also puts the items of this list into `items`, which must outlive this object. The
+  /// property is a list of integers; a negative item is refused.
+  void keep_list(const PlyProperty& property, std::vector<std::uint64_t>& items);
+
+  /// Where in the file the instance begins that was read last.
+  std::uint64_t row_offset() const { return row_offset_; }
+
  private:
   bool next_line(std::span<std::byte> row, bool last);
   bool next_binary(std::span<std::byte> row);
-  bool skip_binary_list(const PlyProperty& property);
+  bool pass_binary_list(const PlyProperty& property);
   std::int64_t parse_list_length(std::string_view token);
+  void keep_text_item(const PlyProperty& property, std::string_view token);
+  void keep_binary_items(const PlyProperty& property, std::uint64_t count);
   [[noreturn]] void refuse(std::string what, std::string_view found, std::string expected) const;
 
   const RandomAccessFile& file_;
@@ -38,6 +49,8 @@ class PlyRowSource {
   const PlyElement& element_;
   BufferedReader& reader_;
   std::uint64_t row_offset_ = 0;
+  const PlyProperty* kept_ = nullptr;  ///< the list whose items are wanted, if any
+  std::vector<std::uint64_t>* items_ = nullptr;
 };
 
 }  // namespace cairn::formats

@@ -18,7 +18,8 @@ TEST_F(Usage, HelpAndVersionAreAnswers) {
                                              {"info", "-h"},
                                              {"verify", "--help"},
                                              {"report", "--help"},
-                                             {"export", "--help"}}) {
+                                             {"export", "--help"},
+                                             {"simulate", "--help"}}) {
     const Outcome outcome = cairn(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_EQ(outcome.err, "");
@@ -50,6 +51,8 @@ TEST_F(Usage, WrongCommandLinesAreOneLineAndExitCodeTwo) {
       {"build", scan, "-o", output(), "--fanout", "8", "--node-points", "7"},
       {"info"},
       {"verify"},
+      {"simulate"},
+      {"simulate", folder_ / "none.toml"},
       {"export", folder_ / "none.cairn"}};
   for (const auto& arguments : wrong) {
     SCOPED_TRACE(::testing::PrintToString(arguments));
@@ -63,7 +66,7 @@ TEST_F(Usage, AnUnknownFlagPointsToTheHelp) {
 
 TEST_F(Usage, AnUnknownCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_THAT(cairn({"bild"}).err, HasSubstr("unknown command 'bild'; did you mean 'build'?"));
-  EXPECT_THAT(cairn({"transmogrify"}).err, HasSubstr("commands are build, info, verify, report, export"));
+  EXPECT_THAT(cairn({"transmogrify"}).err, HasSubstr("commands are build, info, verify, report, export, simulate"));
 }
 
 TEST_F(Usage, HelpTellsWhatIsAllowed) {

@@ -1,0 +1,143 @@
+#include "pipeline/simulate.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "formats/error.h"
+#include "formats/output_file.h"
+#include "formats/scans/scan_writer.h"
+#include "pipeline/locked_folder.h"
+#include "pipeline/memory_budget.h"
+#include "pipeline/publish.h"
+
+namespace cairn::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPoses = "poses.tsv";
+constexpr const char* kCampaign = "campaign.toml";
+
+fs::path without_trailing_slash(fs::path path) {
+  while (path.filename().empty() && path.has_parent_path() && path != path.root_path())
+    path = path.parent_path();
+  return path;
+}
+
+/// Throws kUsage for a folder that holds anything that simulate does not make.
+void require_campaign_or_nothing(const fs::path& output) {
+  if (!fs::exists(fs::symlink_status(output))) return;
+  const std::string refusal =
+      "--force replaces simulated campaigns only, and " + output.string() + " ";
+  if (!fs::is_directory(output) || fs::is_symlink(output))
+    formats::throw_usage(refusal + "is not a folder");
+  for (const auto& entry : fs::directory_iterator(output)) {
+    const fs::path name = entry.path().filename();
+    if (name != kPoses && name != kCampaign && name.extension() != ".ply" &&
+        name.extension() != ".las")
+      formats::throw_usage(refusal + "holds " + name.string() + ", which is no part of one");
+  }
+  for (const char* needed : {kPoses, kCampaign})
+    if (!fs::exists(output / needed)) formats::throw_usage(refusal + "holds no " + needed);
+}
+
+void write_text_file(const fs::path& path, const std::string& text) {
+  formats::OutputFile::create(path).append(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+/// Numbers in the shortest form that reads back as they are.
+std::string poses_text(const SceneFile& scene, const SimulateReport& report) {
+  std::string text = "scan\ttx\tty\ttz\tqw\tqx\tqy\tqz\n";
+  for (std::size_t i = 0; i < report.stations.size(); ++i) {
+    const stages::Station& station = scene.scene.stations[i];
+    const auto& [x, y, z] = station.position;
+    const auto& [qw, qx, qy, qz] = station.turn;
+    text += fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\n", report.stations[i].file, x, y, z, qw,
+                        qx, qy, qz);
+  }
+  return text;
+}
+
+std::string campaign_text(const SceneFile& scene, const SimulateReport& report,
+                          const std::string& name) {
+  std::string text =
+      fmt::format("# Made by cairn simulate from the scene {}.\nscans = [\n", scene.name);
+  for (const StationReport& station : report.stations)
+    text += fmt::format("  \"{}\",\n", station.file);
+  text += fmt::format("]\nposes = \"{}\"\n", kPoses);
+  if (scene.frame == stages::ScanFrame::kWorld) text += "poses_tell = \"sensors\"\n";
+  // The escapes of a JSON string are escapes of TOML too.
+  return text + "output = " + nlohmann::json("../" + name + ".cairn").dump() + "\n";
+}
+
+StationReport simulate_station(const SceneFile& scene, const stages::Station& station,
+                               const stages::Context& context, const fs::path& folder) {
+  StationReport report{.station = station.name,
+                       .file = station.name + "." + scene.format,
+                       .columns = station.raster.columns,
+                       .rows = station.raster.rows,
+                       .rays = station.raster.rays()};
+  const auto description =
+      stages::describe_station(station, scene.frame, /*steps=*/scene.format == "las");
+  const auto writer =
+      formats::create_scan_writer(folder / report.file, description, station.raster.rays());
+  report.points =
+      stages::scan_station(context, scene.scene.objects, station, scene.frame, description,
+                           [&](const formats::PointBlock& block) { writer->write(block); });
+  if (report.points == 0)
+    formats::throw_input({.what = "no ray of " + station.name + " hits anything",
+                          .expected = "an object within its max_range and its raster"});
+  writer->finish();
+  report.bytes = fs::file_size(folder / report.file);
+  return report;
+}
+
+/// The folder in which the campaign is made, inside that which is held for the time being.
+fs::path make_folder(const fs::path& path) {
+  if (::mkdir(path.c_str(), 0777) != 0)
+    formats::throw_system("cannot make the folder", path, errno);
+  return path;
+}
+
+}  // namespace
+
+SimulateReport simulate(const SceneFile& scene_file, const SimulateOptions& options,
+                        stages::ProgressSink* progress, const std::stop_token& stop) {
+  const auto begin = std::chrono::steady_clock::now();
+  const fs::path output = without_trailing_slash(options.output);
+  require_free_place(output, options.force);
+  require_campaign_or_nothing(output);
+  SceneFile scene = scene_file;
+  const stages::Context context{.threads = options.threads,
+                                .memory_bytes = memory_budget(0, machine_memory_bytes()),
+                                .make_array = {},
+                                .progress = progress,
+                                .stop = stop};
+  if (options.points) stages::scale_to_points(context, *options.points, scene.scene);
+  const LockedFolder work(output.string() + ".work", "simulation of " + output.string());
+  const fs::path folder = make_folder(work.path() / "campaign");
+  std::uint64_t rays = 0;
+  for (const stages::Station& station : scene.scene.stations) rays += station.raster.rays();
+  if (progress != nullptr) progress->begin("simulate", rays);
+  SimulateReport report;
+  for (const stages::Station& station : scene.scene.stations)
+    report.stations.push_back(simulate_station(scene, station, context, folder));
+  if (progress != nullptr) progress->end();
+  write_text_file(folder / kPoses, poses_text(scene, report));
+  write_text_file(folder / kCampaign, campaign_text(scene, report, output.filename().string()));
+  require_campaign_or_nothing(output);
+  publish(folder, output, options.force);
+  report.elapsed_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+}  // namespace cairn::pipeline

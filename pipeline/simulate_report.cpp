@@ -1,0 +1,71 @@
+// What `cairn simulate` tells of its work.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/human.h"
+#include "pipeline/simulate.h"
+
+namespace cairn::pipeline {
+namespace {
+
+StationReport sum_of(const SimulateReport& report) {
+  StationReport sum{.station = "all", .file = count_of(report.stations.size(), "file")};
+  for (const StationReport& station : report.stations) {
+    sum.rays += station.rays;
+    sum.points += station.points;
+    sum.bytes += station.bytes;
+  }
+  return sum;
+}
+
+std::string row(const StationReport& station, std::size_t width, const std::string& raster) {
+  return fmt::format("  {:<{}} {:>15} {:>14} {:>14} {:>10}  {}\n", station.station, width, raster,
+                     with_commas(station.rays), with_commas(station.points),
+                     human_bytes(station.bytes), station.file);
+}
+
+}  // namespace
+
+std::string simulate_text(const SimulateReport& report, const std::filesystem::path& output) {
+  const StationReport sum = sum_of(report);
+  std::size_t width = 7;
+  for (const StationReport& station : report.stations)
+    width = std::max(width, station.station.size());
+  std::string text =
+      fmt::format("{}\n  {:<{}} {:>15} {:>14} {:>14} {:>10}  file\n", output.string(), "station",
+                  width, "raster", "rays", "points", "size");
+  for (const StationReport& station : report.stations)
+    text += row(station, width, fmt::format("{} x {}", station.columns, station.rows));
+  if (report.stations.size() > 1) text += row(sum, width, "");
+  return text + fmt::format("  {} of {} hit something; {}, {:.1f} M rays/s\n  cairn build {}\n",
+                            percent(static_cast<double>(sum.points), static_cast<double>(sum.rays)),
+                            count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
+                            static_cast<double>(sum.rays) / report.elapsed_s / 1e6,
+                            (output / "campaign.toml").string());
+}
+
+std::string simulate_json(const SimulateReport& report, const std::filesystem::path& output) {
+  using Json = nlohmann::ordered_json;
+  Json stations = Json::array();
+  for (const StationReport& station : report.stations)
+    stations.push_back({{"station", station.station},
+                        {"file", station.file},
+                        {"columns", station.columns},
+                        {"rows", station.rows},
+                        {"rays", station.rays},
+                        {"points", station.points},
+                        {"bytes", station.bytes}});
+  const StationReport sum = sum_of(report);
+  const Json json{{"output", output.string()},
+                  {"campaign", (output / "campaign.toml").string()},
+                  {"rays", sum.rays},
+                  {"points", sum.points},
+                  {"bytes", sum.bytes},
+                  {"elapsed_s", report.elapsed_s},
+                  {"stations", std::move(stations)}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace cairn::pipeline

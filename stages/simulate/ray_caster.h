@@ -1,0 +1,43 @@
+// Finds what a ray from one place hits first.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "stages/simulate/scene.h"
+
+namespace cairn::stages {
+
+/// What a ray hit, in world axes.
+struct Hit {
+  double distance = kNoHit;
+  std::uint32_t object = 0;
+  std::uint32_t piece = 0;
+  Vector3 normal{};  ///< of length 1, facing the origin of the ray
+  Rgb color{};
+};
+
+/// Rays from one origin. The hierarchy of bounding boxes, in single precision, is built around that origin and
+/// only chooses candidates; hits are computed by the shapes, in double and in the objects' own frames, so their
+/// digits do not depend on where in the world they are. Of several pieces at the same distance the first in the
+/// order of objects and pieces counts, whatever the hierarchy looks like.
+class RayCaster {
+ public:
+  /// `objects` must outlive the caster. Uses the threads of the arena that it is called in. Throws
+  /// std::bad_alloc, and Error (kInvariant) if the hierarchy cannot be built for another reason.
+  RayCaster(const std::vector<SceneObject>& objects, const Vector3& origin);
+  ~RayCaster();
+  RayCaster(const RayCaster&) = delete;
+  RayCaster& operator=(const RayCaster&) = delete;
+
+  /// The nearest hit no farther than `max_range` along a direction of length 1, in world axes. Any thread.
+  std::optional<Hit> cast(const Vector3& direction, double max_range) const;
+
+ private:
+  struct Hierarchy;
+  std::unique_ptr<Hierarchy> hierarchy_;
+};
+
+}  // namespace cairn::stages
