@@ -14,7 +14,11 @@
 
 namespace cairn::formats {
 
-inline constexpr std::uint32_t kFormatVersion = 1;
+/// Versions that are read. A dataset is written in the lowest that can tell it.
+inline constexpr std::uint32_t kOldestFormatVersion = 1;
+inline constexpr std::uint32_t kFormatVersion = 2;  ///< tells what is estimated from neighbours
+/// The version that tells this dataset.
+std::uint32_t version_of(const DatasetHeader& header);
 /// The first bytes of index.bin that suffice to know the size of its head.
 inline constexpr std::size_t kIndexFixedBytes = 200;
 
