@@ -46,6 +46,7 @@ struct Attribute {
   ScalarType type = ScalarType::kU8;
   std::uint8_t components = 1;  ///< 1 to 255 scalars a point, interleaved
   ReduceRule rule = ReduceRule::kNone;
+  bool estimated = false;  ///< by a stage: no input brings it
 
   std::size_t size_bytes() const { return cairn::formats::size_bytes(type) * components; }
   friend bool operator==(const Attribute&, const Attribute&) = default;

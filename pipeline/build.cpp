@@ -18,6 +18,7 @@
 #include "pipeline/stage_clock.h"
 #include "pipeline/workspace.h"
 #include "stages/cluster/cluster.h"
+#include "stages/estimate/estimate.h"
 #include "stages/import/import.h"
 #include "stages/index.h"
 #include "stages/pack.h"
@@ -37,21 +38,65 @@ Tree choose_tree(const BuildOptions& options, std::uint64_t points) {
   return Tree(points, fanout, options.node_points);
 }
 
+stages::EstimateOptions estimate_options(const BuildOptions& options) {
+  return {.normals = options.estimate_normals,
+          .radii = options.estimate_radii,
+          .neighbors = options.neighbors};
+}
+
+bool estimates(const BuildOptions& options) {
+  return options.estimate_normals || options.estimate_radii;
+}
+
+stages::ImportOptions import_options(const BuildOptions& options, const stages::Scans& scans) {
+  // Only by its number does a point know its sensor, and only normals are turned to it.
+  const bool any_sensor = std::any_of(
+      scans.begin(), scans.end(), [](const auto& scan) { return scan->info().sensor.has_value(); });
+  return {.drop = options.drop,
+          .keep = options.keep,
+          .resolution = options.resolution,
+          .number_scans = options.estimate_normals && scans.size() > 1 && any_sensor};
+}
+
+using Sensors = std::vector<std::optional<formats::WorldPoint>>;
+
+Sensors sensors_of(const stages::Scans& scans) {
+  Sensors sensors;
+  for (const auto& scan : scans) sensors.push_back(scan->info().sensor);
+  return sensors;
+}
+
+/// What the scans bring is not silently replaced.
+void require_room_for_estimates(const BuildOptions& options, const formats::Schema& schema) {
+  for (const formats::Attribute& attribute : schema) {
+    const bool normal = attribute.rule == formats::ReduceRule::kNormal ||
+                        attribute.name == formats::attribute_name::kNormal;
+    const bool radius = attribute.name == formats::attribute_name::kRadius;
+    if ((options.estimate_normals && normal) || (options.estimate_radii && radius))
+      formats::throw_usage(
+          fmt::format("estimate: the scans bring {0} themselves; to have them estimated anew, "
+                      "leave theirs out with --drop {1}",
+                      normal ? "normals" : "radii", attribute.name));
+  }
+}
+
 /// Disk is asked for before work begins. Points can only be fewer than the headers claim, and packed
 /// nodes have not been seen to be larger than their records: this is an upper bound.
-void require_disk(const Workspace& workspace, const stages::Scans& scans,
-                  const stages::ImportOptions& import) {
-  const stages::CampaignSize size = stages::campaign_size(scans, import);
+void require_disk(const Workspace& workspace, const BuildOptions& options,
+                  const stages::CampaignSize& size, bool numbered) {
   const std::uint64_t records = size.points * size.record_bytes;
-  const std::uint64_t packed = records + records / 2 + (std::uint64_t{1} << 20);
-  workspace.require_free(std::max(size.import_bytes + records, 2 * records) + packed, packed);
+  const std::uint64_t final_records =
+      size.points *
+      stages::estimated_stride(size.record_bytes, numbered, estimate_options(options));
+  const std::uint64_t packed = final_records + final_records / 2 + (std::uint64_t{1} << 20);
+  std::uint64_t arrays = std::max(size.import_bytes + records, 2 * records);
+  if (estimates(options)) arrays = std::max(arrays, records + final_records);
+  workspace.require_free(arrays + packed, packed);
 }
 
 /// A node that does not fit the memory is refused before its points are sorted into it.
-void require_memory(const Tree& tree, const stages::ImportedPoints& imported,
-                    std::uint64_t memory_bytes) {
+void require_memory(const Tree& tree, std::size_t stride, std::uint64_t memory_bytes) {
   constexpr std::uint64_t kProgramBytes = std::uint64_t{16} << 20;
-  const std::size_t stride = imported.stride - imported.native_position_bytes + 12;
   const std::uint64_t needed = stages::cluster_worker_bytes(tree, stride) + kProgramBytes;
   if (needed <= memory_bytes) return;
   formats::throw_usage(
@@ -68,10 +113,17 @@ DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoi
   header.fanout = tree.fanout();
   header.target_points = tree.target_points();
   header.schema = imported.schema;
-  header.radius_from_input =
-      formats::find_attribute(header.schema, formats::attribute_name::kRadius).has_value();
-  if (header.radius_from_input)
+  if (formats::find_attribute(header.schema, formats::attribute_name::kRadius)) {
+    header.radius_origin = formats::RadiusOrigin::kInput;
     header.schema.pop_back();  // the radius is the last, see merge_schemas
+  }
+  if (options.estimate_normals)
+    header.schema.push_back({.name = std::string(formats::attribute_name::kNormal),
+                             .type = formats::ScalarType::kF32,
+                             .components = 3,
+                             .rule = formats::ReduceRule::kNormal,
+                             .estimated = true});
+  if (options.estimate_radii) header.radius_origin = formats::RadiusOrigin::kNeighbors;
   header.lossless_leaves = options.lossless_leaves;
   header.position_bits = options.position_bits;
   for (const stages::ScanLedger& scan : imported.ledger) {
@@ -105,6 +157,13 @@ formats::SourceSummary summary_of(const formats::ScanInfo& info, const stages::S
   return summary;
 }
 
+std::vector<std::string> estimated_names(const BuildOptions& options) {
+  std::vector<std::string> names;
+  if (options.estimate_normals) names.emplace_back("normals");
+  if (options.estimate_radii) names.emplace_back("radii");
+  return names;
+}
+
 formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
                                     const std::vector<stages::ScanLedger>& ledger) {
   formats::MetadataExtras extras;
@@ -117,6 +176,8 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
   extras.parameters = {{"fanout", text(number_or_auto(options.fanout))},
                        {"node_points", text(options.node_points)},
                        {"grid", text(number_or_auto(options.grid))},
+                       {"estimate", text(estimated_names(options))},
+                       {"neighbors", estimates(options) ? text(options.neighbors) : "null"},
                        {"theta", number(options.theta_degrees)},
                        {"theta_relaxation", number(options.theta_relaxation)},
                        {"reducer", text(options.reducer)},
@@ -165,21 +226,27 @@ class Build {
     CampaignOptions campaign = options_.campaign;
     campaign.memory_bytes = context_.memory_bytes;
     stages::Scans scans = open_campaign(campaign);
-    const stages::ImportOptions import{
-        .drop = options_.drop, .keep = options_.keep, .resolution = options_.resolution};
-    require_disk(workspace_, scans, import);
+    const stages::ImportOptions import = import_options(options_, scans);
+    const stages::CampaignSize size = stages::campaign_size(scans, import);
+    require_room_for_estimates(options_, size.schema);
+    require_disk(workspace_, options_, size, import.number_scans);
     scans_ = scans.size();
     for (const auto& path : options_.campaign.scans)
       input_bytes_ += std::filesystem::file_size(path);
 
     stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
     const Tree tree = choose_tree(options_, imported.points);
-    require_memory(tree, imported, context_.memory_bytes);
+    require_memory(tree,
+                   stages::estimated_stride(imported.stride - imported.native_position_bytes + 12,
+                                            import.number_scans, estimate_options(options_)),
+                   context_.memory_bytes);
     const DatasetHeader header = make_header(options_, imported, tree);
     const formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+    const Sensors sensors = sensors_of(scans);
     scans.clear();  // and with them their worker processes
 
     stages::SplitPoints points = stages::split(std::move(imported), tree, context_);
+    if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
 
     formats::OutputFile spill =
         formats::OutputFile::create(workspace_.arrays_folder() / "packed-nodes");
@@ -195,6 +262,16 @@ class Build {
         formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
     stages::write_dataset(context_, header, packer.finish(), spill, extras,
                           {nodes, index, metadata});
+  }
+
+  void add_estimates(stages::SplitPoints& points, const DatasetHeader& header,
+                     const Sensors& sensors, bool numbered) {
+    const Tree tree = header.tree();
+    stages::EstimatedPoints estimated =
+        stages::estimate({points.array, points.stride, numbered, header.grid, tree, sensors},
+                         estimate_options(options_), context_);
+    points.array = std::move(estimated.array);
+    points.stride = estimated.stride;
   }
 
   /// Nodes are packed as soon as they are clustered, while they are hot.

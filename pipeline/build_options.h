@@ -28,8 +28,11 @@ struct BuildOptions {
   std::vector<std::string> drop;     ///< attributes to leave out, by name
   std::vector<std::string> keep;     ///< if not empty: all others are left out
   std::optional<double> resolution;  ///< world units; accepts a coarser grid than an input's own
-  std::uint64_t memory_bytes = 0;    ///< 0: half of the machine's
-  unsigned threads = 0;              ///< 0: all
+  bool estimate_normals = false;
+  bool estimate_radii = false;
+  std::uint32_t neighbors = 16;    ///< 3 to 1024: of an estimate
+  std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
+  unsigned threads = 0;            ///< 0: all
   std::optional<std::filesystem::path> scratch;
   bool force = false;
 };

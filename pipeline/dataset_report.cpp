@@ -70,6 +70,7 @@ std::string schema_lines(const Json& json) {
                     attribute.at("type").get<std::string>());
     if (const auto n = attribute.at("components").get<int>(); n > 1)
       words.back() += fmt::format(" x {}", n);
+    if (attribute.value("estimated", false)) words.back() += " (estimated)";
   }
   return wrapped_line("attributes", words);
 }

@@ -96,7 +96,7 @@ int parse_and_run(int argc, char** argv) {
   program.get_formatter()->column_width(30);
   program.require_subcommand(1);
   const std::array<std::unique_ptr<Command>, 6> commands{
-      make_build_command(program), make_info_command(program), make_verify_command(program),
+      make_build_command(program),  make_info_command(program),   make_verify_command(program),
       make_report_command(program), make_export_command(program), make_simulate_command(program)};
   try {
     program.parse(argc, argv);

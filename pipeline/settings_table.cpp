@@ -24,6 +24,7 @@ using Values = std::vector<std::string>;
 constexpr std::uint64_t kMostNodePoints = std::uint64_t{1} << 21;
 constexpr std::uint64_t kMostGrid = 65536;
 constexpr std::uint64_t kMostThreads = 1024;
+constexpr std::uint64_t kMostNeighbors = 1024;
 
 /// The whole text as a T.
 template <typename T>
@@ -150,6 +151,20 @@ bool set_crs(BuildSettings& s, const Values& v) {
   return formats::crs_records(v.front()).has_value();
 }
 
+bool set_estimate(BuildSettings& s, const Values& v) {
+  const auto named = [&](std::string_view name) {
+    return std::find(v.begin(), v.end(), name) != v.end();
+  };
+  s.options.estimate_normals = named("normals");
+  s.options.estimate_radii = named("radii");
+  return std::all_of(v.begin(), v.end(),
+                     [](const std::string& name) { return name == "normals" || name == "radii"; });
+}
+
+bool set_neighbors(BuildSettings& s, const Values& v) {
+  return set_integer(s.options.neighbors, v, 3, kMostNeighbors);
+}
+
 bool set_resolution(BuildSettings& s, const Values& v) {
   return set_number(s.options.resolution, v, [](double x) { return x > 0; });
 }
@@ -196,6 +211,7 @@ bool set_progress(BuildSettings& s, const Values& v) {
 using enum SettingKind;
 constexpr std::string_view kInOut = "Input and output";
 constexpr std::string_view kTree = "Tree";
+constexpr std::string_view kEstimation = "Estimation";
 constexpr std::string_view kSimplification = "Simplification";
 constexpr std::string_view kStorage = "Storage";
 constexpr std::string_view kResources = "Resources";
@@ -231,6 +247,10 @@ constexpr auto kSettings = std::to_array<Setting>({
      "children of an inner node; auto: the one of 2 to 8 that fits node_points best", set_fanout},
     {"node_points", kInteger, kTree, "COUNT", "an integer from 2 to 2097152", "65536",
      "points a node should hold", set_node_points},
+    {"estimate", kTexts, kEstimation, "WHAT", "normals or radii", "nothing",
+     "what to estimate from the nearest neighbors; may be repeated", set_estimate},
+    {"neighbors", kInteger, kEstimation, "COUNT", "an integer from 3 to 1024", "16",
+     "positions that an estimate looks at, the point's own included", set_neighbors},
     {"reducer", kText, kSimplification, "NAME", "cluster, first or random", "cluster",
      "how representatives of finer points are chosen", set_reducer},
     {"grid", kIntegerOrAuto, kSimplification, "K|auto", "an integer from 1 to 65536, or auto",

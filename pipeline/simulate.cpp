@@ -134,7 +134,12 @@ SimulateReport simulate(const SceneFile& scene_file, const SimulateOptions& opti
   write_text_file(folder / kPoses, poses_text(scene, report));
   write_text_file(folder / kCampaign, campaign_text(scene, report, output.filename().string()));
   require_campaign_or_nothing(output);
-  publish(folder, output, options.force);
+  // Scans that were simulated can be simulated again: no note is kept of where the old ones step aside.
+  if (options.force && fs::exists(fs::symlink_status(output)))
+    publish_over(
+        folder, output, [](const fs::path&) {}, Renames::of_system());
+  else
+    publish_new(folder, output);
   report.elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;

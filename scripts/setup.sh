@@ -8,8 +8,8 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache pkg-config git ca-certificates python3
   libtbb-dev libfmt-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
-  liblzo2-dev libzstd-dev libxxhash-dev libembree-dev libgtest-dev libgmock-dev libbenchmark-dev
-  libpcl-dev
+  liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
+  libembree-dev libflann-dev liblz4-dev libpcl-dev
 )
 if [[ "${1:-}" == checks ]]; then
   packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev)

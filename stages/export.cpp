@@ -46,7 +46,7 @@ formats::Schema schema_of(const formats::DatasetHeader& header, bool leaf) {
   formats::Schema schema;
   for (const formats::Attribute& attribute : header.schema)
     if (leaf || attribute.rule != ReduceRule::kNone) schema.push_back(attribute);
-  if (!leaf || header.radius_from_input)
+  if (!leaf || header.radius_origin != formats::RadiusOrigin::kDensity)
     schema.push_back({std::string(kRadius), ScalarType::kF32, 1, ReduceRule::kCoverRadius});
   if (!leaf) schema.push_back({weight_name(header.schema), ScalarType::kU64, 1, ReduceRule::kNone});
   return schema;

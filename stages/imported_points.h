@@ -38,6 +38,7 @@ struct ImportedPoints {
   formats::Schema schema;             ///< of the records, radius last if there is one
   std::size_t native_position_bytes;  ///< 12 or 24: room for a position in front of each record
   std::size_t stride;                 ///< bytes of a record
+  bool numbered = false;              ///< a record ends in the number of its scan, a u32
   std::vector<RecordRun> runs;        ///< in campaign order: by scan, then as in its file
   formats::Grid grid;
   std::vector<formats::PositionMap> maps;  ///< one a scan

@@ -15,7 +15,11 @@
 
 namespace cairn::formats {
 
-inline constexpr std::uint32_t kFormatVersion = 1;
+/// Versions that are read. A dataset is written in the lowest that can tell it.
+inline constexpr std::uint32_t kOldestFormatVersion = 1;
+inline constexpr std::uint32_t kFormatVersion = 2;  ///< tells what is estimated from neighbours
+/// The version that tells this dataset.
+std::uint32_t version_of(const DatasetHeader& header);
 /// How index.bin begins: "CAIRN", then bytes that a transfer as text would change, as in PNG.
 inline constexpr std::array<std::uint8_t, 8> kIndexSignature{0x43, 0x41, 0x49, 0x52,
                                                              0x4E, 0x0D, 0x0A, 0x1A};

@@ -17,9 +17,11 @@ namespace {
 constexpr std::size_t kRootChecksumOffset = 16;
 constexpr std::size_t kCheckedFrom = 24;  ///< the root checksum covers [24, pages_offset)
 constexpr std::uint64_t kPageBytes = 65536;
+constexpr std::uint8_t kEstimatedBit = 128;  ///< of an attribute's rule
 
 /// The fields of the fixed part that tell where everything lies.
 struct Fixed {
+  std::uint32_t version = 0;
   std::uint32_t head_size_bytes = 0;
   std::uint64_t index_size_bytes = 0;
   std::uint64_t node_count = 0;
@@ -91,8 +93,9 @@ std::optional<DecodeError> read_fixed(std::span<const std::byte> bytes,
     return wrong("the index ends early", bytes.size(), bytes.size(), kIndexFixedBytes);
   if (!std::ranges::equal(bytes.first(8), std::as_bytes(std::span(kIndexSignature))))
     return DecodeError{"not a Cairn index", 0, "another signature", "CAIRN"};
-  if (const auto version = load_le<std::uint32_t>(&bytes[8]); version != kFormatVersion)
-    return wrong("unknown version of the format", 8, version, kFormatVersion);
+  fixed.version = load_le<std::uint32_t>(&bytes[8]);
+  if (fixed.version < kOldestFormatVersion || fixed.version > kFormatVersion)
+    return wrong("unknown version of the format", 8, fixed.version, kFormatVersion);
   fixed.head_size_bytes = load_le<std::uint32_t>(&bytes[12]);
   fixed.index_size_bytes = load_le<std::uint64_t>(&bytes[24]);
   fixed.node_count = load_le<std::uint64_t>(&bytes[56]);
@@ -143,8 +146,11 @@ void read_attribute(HeadReader& in, Schema& schema) {
   attribute.type =
       static_cast<ScalarType>(in.get_in<std::uint8_t>("unknown type of attribute", 1, 10));
   attribute.components = in.get_in<std::uint8_t>("bad number of components", 1, 255);
-  attribute.rule =
-      static_cast<ReduceRule>(in.get_in<std::uint8_t>("unknown rule of attribute", 0, 3));
+  const auto rule = in.get<std::uint8_t>();
+  attribute.estimated = (rule & kEstimatedBit) != 0;
+  attribute.rule = static_cast<ReduceRule>(rule & ~kEstimatedBit);
+  if (attribute.rule > ReduceRule::kMajority)
+    in.complain("unknown rule of attribute", std::to_string(rule), "0 to 3, or these + 128");
   attribute.name = in.get_text(in.get_in<std::uint8_t>("empty name of attribute", 1, 255));
   if (!is_plain_name(attribute.name))
     in.complain("bad name of attribute", "other characters", "a to z, 0 to 9 and _");
@@ -171,7 +177,8 @@ void read_dataset(HeadReader& in, std::size_t head_size_bytes, DatasetHeader& da
     in.complain("wrong number of levels", std::to_string(levels),
                 std::to_string(dataset.tree().leaf_level() + 1));
   dataset.refinement = static_cast<Refinement>(in.get_in<std::uint8_t>("unknown refinement", 0, 1));
-  dataset.radius_from_input = in.get_in<std::uint8_t>("bad flag", 0, 1) != 0;
+  dataset.radius_origin =
+      static_cast<RadiusOrigin>(in.get_in<std::uint8_t>("unknown origin of radii", 0, 2));
   dataset.lossless_leaves = in.get_in<std::uint8_t>("bad flag", 0, 1) != 0;
   dataset.position_bits = in.get_in<std::uint8_t>("impossible position bits", 1, 32);
   const auto attributes = in.get_in<std::uint32_t>("too many attributes", 0, kMaxAttributes);
@@ -217,6 +224,13 @@ std::uint64_t largest_column(const DatasetHeader& header) {
 }
 
 }  // namespace
+
+std::uint32_t version_of(const DatasetHeader& header) {
+  const bool estimated =
+      header.radius_origin == RadiusOrigin::kNeighbors ||
+      std::ranges::any_of(header.schema, [](const Attribute& a) { return a.estimated; });
+  return estimated ? kFormatVersion : kOldestFormatVersion;
+}
 
 bool is_valid_attribute(const Attribute& attribute) {
   if (!is_plain_name(attribute.name)) return false;
@@ -268,7 +282,7 @@ std::vector<std::byte> write_index_head(const IndexHead& head,
   CAIRN_CHECK(page_checksums.size() == layout.page_count);
   ByteWriter to;
   for (const std::uint8_t c : kIndexSignature) to.write(c);
-  to.write(kFormatVersion);
+  to.write(version_of(dataset));
   to.write(static_cast<std::uint32_t>(layout.head_size_bytes));
   to.write(std::uint64_t{0});  // the root checksum, known at the end
   for (const std::uint64_t v : {layout.size_bytes, head.nodes_size_bytes, head.metadata_size_bytes,
@@ -285,14 +299,15 @@ std::vector<std::byte> write_index_head(const IndexHead& head,
   to.write(dataset.fanout);
   to.write(static_cast<std::uint32_t>(dataset.tree().leaf_level() + 1));
   to.write(static_cast<std::uint8_t>(dataset.refinement));
-  to.write(static_cast<std::uint8_t>(dataset.radius_from_input));
+  to.write(static_cast<std::uint8_t>(dataset.radius_origin));
   to.write(static_cast<std::uint8_t>(dataset.lossless_leaves));
   to.write(dataset.position_bits);
   to.write(static_cast<std::uint32_t>(dataset.schema.size()));
   for (const Attribute& attribute : dataset.schema) {
     to.write(static_cast<std::uint8_t>(attribute.type));
     to.write(attribute.components);
-    to.write(static_cast<std::uint8_t>(attribute.rule));
+    to.write(static_cast<std::uint8_t>(static_cast<std::uint8_t>(attribute.rule) |
+                                       (attribute.estimated ? kEstimatedBit : 0)));
     to.write(static_cast<std::uint8_t>(attribute.name.size()));
     to.write_text(attribute.name);
   }
@@ -331,6 +346,9 @@ std::optional<DecodeError> parse_index_head(std::span<const std::byte> bytes,
   HeadReader in(bytes.first(fixed.head_size_bytes), 72);
   read_dataset(in, fixed.head_size_bytes, head.dataset);
   if (in.error()) return in.error();
+  if (fixed.version != version_of(head.dataset))
+    return wrong("wrong version for what the head tells", 8, fixed.version,
+                 version_of(head.dataset));
   if (head.dataset.tree().node_points() > kMaxNodePoints)
     return wrong("too many points a node", 152, head.dataset.tree().node_points(), kMaxNodePoints);
   if (largest_column(head.dataset) > kMaxColumnBytes)

@@ -45,6 +45,19 @@ std::optional<std::vector<std::byte>> bytes_of_base64(std::string_view text) {
   return bytes;
 }
 
+/// "estimated" has named the radii from density since version 1.
+std::string_view name_of(RadiusOrigin origin) {
+  switch (origin) {
+    case RadiusOrigin::kDensity:
+      return "estimated";
+    case RadiusOrigin::kInput:
+      return "input";
+    case RadiusOrigin::kNeighbors:
+      return "estimated from neighbors";
+  }
+  return "unknown";
+}
+
 Json schema_json(const DatasetHeader& header) {
   Json list = Json::array();
   for (const Attribute& attribute : header.schema)
@@ -52,7 +65,8 @@ Json schema_json(const DatasetHeader& header) {
                     {"type", name_of(attribute.type)},
                     {"components", attribute.components},
                     {"rule", name_of(attribute.rule)},
-                    {"on_inner_nodes", attribute.rule != ReduceRule::kNone}});
+                    {"on_inner_nodes", attribute.rule != ReduceRule::kNone},
+                    {"estimated", attribute.estimated}});
   return list;
 }
 
@@ -207,7 +221,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
   const GridBox& box = nodes.front().box;
   const Json json{
       {"format", "cairn"},
-      {"version", kFormatVersion},
+      {"version", version_of(header)},
       {"points", header.points},
       {"read", header.read_points},
       {"dropped", header.dropped_points},
@@ -215,7 +229,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"bounds", bounds_json(header.grid, box)},
       {"grid", grid_json(header, box)},
       {"schema", schema_json(header)},
-      {"radius", header.radius_from_input ? "input" : "estimated"},
+      {"radius", name_of(header.radius_origin)},
       {"lossless_leaves", header.lossless_leaves},
       {"position_bits", header.position_bits},
       {"refinement", header.refinement == Refinement::kReplace ? "replace" : "add"},
@@ -243,7 +257,7 @@ std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHe
   if (auto error = parse(text, json)) return error;
   const Tree tree = header.tree();
   const std::tuple<const char*, std::optional<std::uint64_t>, std::uint64_t> repeated[] = {
-      {"version", number_at(json, {"version"}), kFormatVersion},
+      {"version", number_at(json, {"version"}), version_of(header)},
       {"points", number_at(json, {"points"}), header.points},
       {"read", number_at(json, {"read"}), header.read_points},
       {"dropped", number_at(json, {"dropped"}), header.dropped_points},

@@ -18,6 +18,11 @@ void quantize_positions(const PositionQuantizer& quantizer, std::vector<GridPoin
   quantizer.decode(codes, positions);
 }
 
+bool normals_are_estimated(const Schema& schema) {
+  const auto normal = normal_attribute(schema);
+  return normal && schema[*normal].estimated;
+}
+
 }  // namespace
 
 std::optional<std::size_t> normal_attribute(const Schema& schema) {
@@ -28,8 +33,9 @@ std::optional<std::size_t> normal_attribute(const Schema& schema) {
 
 NodeFrame::NodeFrame(const DatasetHeader& header, bool leaf)
     : position_bits_(leaf && header.lossless_leaves ? std::uint8_t{32} : header.position_bits),
-      normals_exact_(leaf && header.lossless_leaves),
-      radii_exact_(leaf && header.lossless_leaves && header.radius_from_input) {}
+      normals_exact_(leaf && header.lossless_leaves && !normals_are_estimated(header.schema)),
+      radii_exact_(leaf && header.lossless_leaves && header.radius_origin == RadiusOrigin::kInput) {
+}
 
 NodeFrame NodeFrame::fit(const DatasetHeader& header, bool leaf, const NodeData& points) {
   CAIRN_CHECK(points.count() > 0 && points.radius.size() == points.count());

@@ -27,7 +27,7 @@ class NodeFrame {
   float radius_max() const { return radius_max_; }
   /// Positions come back as they were.
   bool positions_exact() const;
-  /// Normals are stored in the input's own type.
+  /// Normals are stored in the input's own type; estimated ones never are.
   bool normals_exact() const { return normals_exact_; }
   /// Radii are stored as float32.
   bool radii_exact() const { return radii_exact_; }

@@ -81,6 +81,13 @@ struct NodeRecord {
 /// Whether refining a node replaces it by its children or adds them to it.
 enum class Refinement : std::uint8_t { kReplace = 0, kAdd = 1 };
 
+/// Where the radii of the leaves' points come from.
+enum class RadiusOrigin : std::uint8_t {
+  kDensity = 0,    ///< estimated from the local density while clustering
+  kInput = 1,      ///< brought by the input
+  kNeighbors = 2,  ///< estimated from the nearest neighbours
+};
+
 /// What all nodes of a dataset share; the head of index.bin.
 struct DatasetHeader {
   Grid grid;
@@ -88,9 +95,9 @@ struct DatasetHeader {
   std::uint32_t fanout = 0;
   std::uint64_t target_points = 0;
   Refinement refinement = Refinement::kReplace;
-  /// The input's attributes, radius left out. Those with a rule other than kNone exist in inner nodes too.
+  /// The attributes, radius left out: the input's, then those that were estimated. Those with a rule other than kNone exist in inner nodes too.
   Schema schema;
-  bool radius_from_input = false;  ///< else estimated from local density
+  RadiusOrigin radius_origin = RadiusOrigin::kDensity;
   bool lossless_leaves = false;  ///< leaf positions, normals and radii are the input's, bit by bit
   std::uint8_t position_bits = 16;   ///< of inner nodes, and of leaves that are not lossless
   std::uint64_t read_points = 0;     ///< records met in the input

@@ -66,7 +66,7 @@ class PlyMeshReader {
     for_each(element, row, nullptr, [&](std::uint64_t offset) {
       Vector3 position{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const PlyLayout::Field& field = layout->position[axis];
+        const RowLayout::Field& field = layout->position[axis];
         const std::byte* at = row.data() + field.offset_bytes;
         position[axis] = with_scalar_type(field.type, [&]<typename T>(T) {
           return static_cast<double>(big_endian ? load_be<T>(at) : load_le<T>(at));

@@ -61,7 +61,7 @@ class SimulateCommand : public Command {
 
   CLI::App& parser() override { return parser_; }
 
-  void run(const std::stop_token& stop) override {
+  int run(const std::stop_token& stop) override {
     SceneFile scene = read_scene(scene_);
     if (points_->count() > 0) options_.points = points_asked_;
     if (format_->count() > 0) scene.format = format_asked_;
@@ -71,6 +71,7 @@ class SimulateCommand : public Command {
     }();
     print_results(json_ ? simulate_json(report, options_.output)
                         : simulate_text(report, options_.output));
+    return 0;
   }
 
  private:

@@ -38,7 +38,8 @@ Decoded foresee_quantisation(const DatasetHeader& header, const WorkingNode& nod
     squared += moved * moved;
   }
   Decoded decoded{node.data.radius, std::sqrt(squared) * (1 + 1e-12)};
-  if (leaf && header.lossless_leaves && header.radius_from_input) return decoded;
+  if (leaf && header.lossless_leaves && header.radius_origin == formats::RadiusOrigin::kInput)
+    return decoded;
   const auto [low, high] = std::minmax_element(decoded.radius.begin(), decoded.radius.end());
   const formats::RadiusQuantizer radii(*low, *high);
   for (float& radius : decoded.radius) radius = radii.decode(radii.encode(radius));

@@ -15,8 +15,7 @@
 namespace cairn::stages {
 
 struct ClusterInput {
-  /// All records in kd-order: 12-byte grid position, the attributes of `header.schema`, then, if
-  /// `header.radius_from_input`, a float32 radius.
+  /// All records in kd-order: 12-byte grid position, then the attributes of formats::record_schema.
   formats::ExternalArray& records;
   std::size_t stride;
   const formats::DatasetHeader& header;

@@ -82,24 +82,29 @@ WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std:
   leaf.data.position.resize(count);
   gather(records.data(), stride, count, 12,
          reinterpret_cast<std::byte*>(leaf.data.position.data()));
-  const formats::RecordLayout layout(header.schema, 12);
+  const formats::Schema schema = formats::record_schema(header);
+  const formats::RecordLayout layout(schema, 12);
+  CAIRN_CHECK(stride == layout.stride);
+  const auto from = [&](std::string_view attribute) {
+    return records.data() + layout.offsets[*formats::find_attribute(schema, attribute)];
+  };
   leaf.data.attributes.resize(header.schema.size());
   for (std::size_t a = 0; a < header.schema.size(); ++a) {
     const std::size_t size = header.schema[a].size_bytes();
     leaf.data.attributes[a].resize(count * size);
-    gather(records.data() + layout.offsets[a], stride, count, size, leaf.data.attributes[a].data());
+    gather(from(header.schema[a].name), stride, count, size, leaf.data.attributes[a].data());
     if (header.schema[a].rule == formats::ReduceRule::kNormal)
       leaf.normal = unit_normals(leaf.data.attributes[a], header.schema[a].type);
   }
-  if (header.radius_from_input) {
-    CAIRN_CHECK(stride == layout.stride + sizeof(float));
+  if (header.radius_origin != formats::RadiusOrigin::kDensity) {
     leaf.data.radius.resize(count);
-    gather(records.data() + layout.stride, stride, count, 4,
+    gather(from(formats::attribute_name::kRadius), stride, count, 4,
            reinterpret_cast<std::byte*>(leaf.data.radius.data()));
   }
   for (const formats::GridPoint& p : leaf.data.position) leaf.box.add(p);
   leaf.weight = count;
-  leaf.digest = formats::digest_of(records, stride);
+  leaf.digest = formats::digest_of(
+      records, stride, formats::RecordLayout(formats::digest_schema(header), 12).stride);
   return leaf;
 }
 

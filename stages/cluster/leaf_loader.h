@@ -8,8 +8,8 @@
 
 namespace cairn::stages {
 
-/// `records` holds the leaf's points: 12-byte grid position, the schema's attributes, then a float32
-/// radius if the header says so. Radii that are negative, infinite or NaN become 0; normals are brought
+/// `records` holds the leaf's points: 12-byte grid position, then the attributes of
+/// formats::record_schema. Radii that are negative, infinite or NaN become 0; normals are brought
 /// to unit length, or to zero where they have none.
 WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std::byte> records,
                       std::size_t stride);

@@ -70,9 +70,18 @@ std::array<double, 3> native_position(const std::byte* record, PositionEncoding 
   return p;
 }
 
+/// A record of the import array; the number of its scan, if there is one, stands last.
+formats::RecordLayout native_layout(const formats::Schema& schema, const Scans& scans,
+                                    bool numbered) {
+  formats::RecordLayout layout(schema, native_position_bytes(scans));
+  if (numbered) layout.stride += sizeof(std::uint32_t);
+  return layout;
+}
+
 void read_stretch(const formats::ScanReader& scan, const RecordConverter& converter,
-                  std::size_t stride, formats::ExternalArray& array, Stretch& stretch,
-                  const Context& context) {
+                  ImportedPoints& points, Stretch& stretch, const Context& context) {
+  const std::size_t stride = points.stride;
+  formats::ExternalArray& array = points.array;
   std::uint64_t at = stretch.first_slot * stride;
   scan.read(stretch.stretch, [&](const PointBlock& block) {
     throw_if_stopped(context);
@@ -80,8 +89,12 @@ void read_stretch(const formats::ScanReader& scan, const RecordConverter& conver
     CAIRN_CHECK(records <= stretch.capacity - stretch.read);
     std::byte* out = array.bytes().data() + at;
     const std::size_t kept = converter.convert(block, out);
-    for (std::size_t i = 0; i < kept; ++i)
+    for (std::size_t i = 0; i < kept; ++i) {
       stretch.box.add(native_position(out + i * stride, scan.info().encoding));
+      if (points.numbered)
+        formats::store_le(out + (i + 1) * stride - sizeof(std::uint32_t),
+                          static_cast<std::uint32_t>(stretch.scan));
+    }
     stretch.read += records;
     stretch.kept += kept;
     stretch.no_return += block.no_return;
@@ -177,12 +190,11 @@ void keep_ledger(ImportedPoints& points, const Scans& scans,
 }  // namespace
 
 CampaignSize campaign_size(const Scans& scans, const ImportOptions& options) {
-  const formats::Schema schema = merge_schemas(infos_of(scans), options.drop, options.keep);
   CampaignSize size;
+  size.schema = merge_schemas(infos_of(scans), options.drop, options.keep);
   for (const Stretch& stretch : list_stretches(scans)) size.points += stretch.capacity;
-  size.record_bytes = formats::RecordLayout(schema, 12).stride;
-  const std::uint64_t native_bytes =
-      formats::RecordLayout(schema, native_position_bytes(scans)).stride;
+  const std::uint64_t native_bytes = native_layout(size.schema, scans, options.number_scans).stride;
+  size.record_bytes = native_bytes - native_position_bytes(scans) + 12;
   // No multiple of a few that a caller may form overflows either.
   if (__builtin_mul_overflow(size.points, native_bytes, &size.import_bytes) ||
       size.import_bytes > UINT64_MAX / 8)
@@ -197,13 +209,14 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
                         .schema = merge_schemas(infos, options.drop, options.keep),
                         .native_position_bytes = native_position_bytes(scans),
                         .stride = 0,
+                        .numbered = options.number_scans,
                         .runs = {},
                         .grid = {},
                         .maps = {},
                         .ledger = {},
                         .box = {},
                         .points = 0};
-  const formats::RecordLayout layout(points.schema, points.native_position_bytes);
+  const formats::RecordLayout layout = native_layout(points.schema, scans, options.number_scans);
   points.stride = layout.stride;
   points.array = context.make_array("import", size_bytes);
 
@@ -218,8 +231,7 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
   run_in_arena(workers_within(context, worker_bytes), [&] {
     for_each_piece(stretches.size(), [&](std::uint64_t i) {
       Stretch& stretch = stretches[i];
-      read_stretch(*scans[stretch.scan], converters[stretch.scan], layout.stride, points.array,
-                   stretch, context);
+      read_stretch(*scans[stretch.scan], converters[stretch.scan], points, stretch, context);
     });
   });
   keep_ledger(points, scans, stretches);

@@ -20,12 +20,14 @@ struct ImportOptions {
   std::vector<std::string> drop;     ///< attributes to leave out
   std::vector<std::string> keep;     ///< if not empty: all others are left out
   std::optional<double> resolution;  ///< world units: accept a grid step up to this
+  bool number_scans = false;         ///< each record ends in the number of its scan, a u32
 };
 
 using Scans = std::vector<std::unique_ptr<formats::ScanReader>>;
 
 /// Upper bounds of what the scans bring, told by their headers and checked against their files' sizes.
 struct CampaignSize {
+  formats::Schema schema;  ///< as in ImportedPoints
   std::uint64_t points = 0;
   std::uint64_t record_bytes = 0;  ///< of one point record on the dataset grid
   std::uint64_t import_bytes = 0;  ///< disk that import_scans reserves

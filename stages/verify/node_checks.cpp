@@ -60,23 +60,27 @@ void check_cone(const DatasetReader& dataset, const NodeRecord& record, const No
 
 /// The digest of a leaf's points as the input had them; requires that nothing of them was lost.
 formats::Digest digest_of_leaf(const formats::DatasetHeader& header, const NodeData& points) {
-  const formats::RecordLayout layout(formats::digest_schema(header), 12);
+  const formats::Schema schema = formats::digest_schema(header);
+  const formats::RecordLayout layout(schema, 12);
   std::vector<std::byte> records(layout.stride * points.count());
   for (std::size_t i = 0; i < points.count(); ++i) {
     std::byte* to = records.data() + i * layout.stride;
     std::memcpy(to, points.position[i].data(), 12);
+    std::size_t digested = 0;
     for (std::size_t a = 0; a < header.schema.size(); ++a) {
+      if (header.schema[a].estimated) continue;
       const std::size_t size = header.schema[a].size_bytes();
-      std::memcpy(to + layout.offsets[a], points.attributes[a].data() + i * size, size);
+      std::memcpy(to + layout.offsets[digested++], points.attributes[a].data() + i * size, size);
     }
-    if (header.radius_from_input) formats::store_le(to + layout.offsets.back(), points.radius[i]);
+    if (digested < schema.size()) formats::store_le(to + layout.offsets.back(), points.radius[i]);
   }
   return formats::digest_of(records, layout.stride);
 }
 
 bool stored_without_loss(const formats::DatasetHeader& header, const formats::NodeFrame& frame) {
-  const bool normals = frame.normals_exact() || !formats::normal_attribute(header.schema);
-  const bool radii = frame.radii_exact() || !header.radius_from_input;
+  const bool normals =
+      frame.normals_exact() || !formats::normal_attribute(formats::digest_schema(header));
+  const bool radii = frame.radii_exact() || header.radius_origin != formats::RadiusOrigin::kInput;
   return frame.positions_exact() && normals && radii;
 }
 

@@ -149,6 +149,21 @@ TEST(IndexFile, BytesOfVersionOneStay) {
   EXPECT_EQ(hex, kGolden);
 }
 
+TEST(IndexFile, VersionTwoTellsWhatIsEstimated) {
+  DatasetIndex index = smallest_index();
+  std::vector<std::byte> expected = write_index(index);
+  expected[8] = std::byte{2};       // version
+  expected[193] = std::byte{2};     // origin of radii
+  expected[202] = std::byte{0x81};  // rule: mean, estimated
+  resign(expected, index.head.dataset);
+  index.head.dataset.radius_origin = RadiusOrigin::kNeighbors;
+  index.head.dataset.schema[0].estimated = true;
+  EXPECT_EQ(write_index(index), expected);
+  DatasetIndex back;
+  ASSERT_FALSE(parse_index(expected, back));
+  EXPECT_EQ(back, index);
+}
+
 TEST(IndexFile, RefusesEveryTruncation) {
   const std::vector<std::byte> bytes = write_index(smallest_index());
   for (std::size_t size = 0; size < bytes.size(); ++size)
@@ -187,7 +202,13 @@ TEST(IndexFile, SurvivesEveryByteValueUnderRightChecksums) {
 TEST(IndexFile, NamesWhatIsImpossible) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   constexpr std::size_t kRecord = 224;
-  EXPECT_EQ(refusal_after<std::uint32_t>(8, 2), "unknown version of the format");
+  EXPECT_EQ(refusal_after<std::uint32_t>(8, 0), "unknown version of the format");
+  EXPECT_EQ(refusal_after<std::uint32_t>(8, 3), "unknown version of the format");
+  EXPECT_EQ(refusal_after<std::uint32_t>(8, 2), "wrong version for what the head tells");
+  EXPECT_EQ(refusal_after<std::uint8_t>(193, 2), "wrong version for what the head tells");
+  EXPECT_EQ(refusal_after<std::uint8_t>(202, 0x81), "wrong version for what the head tells");
+  EXPECT_EQ(refusal_after<std::uint8_t>(193, 3), "unknown origin of radii");
+  EXPECT_EQ(refusal_after<std::uint8_t>(202, 0x84), "unknown rule of attribute");
   EXPECT_EQ(refusal_after<std::uint64_t>(56, UINT64_MAX), "impossible number of nodes");
   EXPECT_EQ(refusal_after<double>(72, kNaN), "bad grid step");
   EXPECT_EQ(refusal_after<double>(72, 0), "bad grid step");

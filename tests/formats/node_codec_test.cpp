@@ -88,7 +88,7 @@ TEST(NodeCodec, QuantizeForeseesWhatDecodeGives) {
 TEST(NodeCodec, LosslessLeavesComeBackBitByBit) {
   DatasetHeader header = test::tiny_header();
   header.lossless_leaves = true;
-  header.radius_from_input = true;
+  header.radius_origin = RadiusOrigin::kInput;
   header.position_bits = 8;
   for (const ScalarType type : {ScalarType::kF32, ScalarType::kF64}) {
     header.schema[0].type = type;

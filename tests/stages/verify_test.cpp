@@ -91,7 +91,7 @@ TEST(Verify, HoldsForCoarsePositions) {
 TEST(Verify, DigestsOfLosslessLeavesAreComputedAnew) {
   formats::DatasetHeader header = test::tiny_header();
   header.lossless_leaves = true;
-  header.radius_from_input = true;
+  header.radius_origin = formats::RadiusOrigin::kInput;
   test::TinyTree tree = test::make_tiny_tree(header, 2'000'000'000);
   const VerifyReport report = verify(tree);
   EXPECT_TRUE(report.held()) << told(report);

@@ -79,7 +79,7 @@ void append_records(const DatasetHeader& header, const NodeData& points, TinyTre
       const std::size_t size = header.schema[a].size_bytes();
       to.write_bytes(std::span(points.attributes[a]).subspan(i * size, size));
     }
-    if (header.radius_from_input) to.write(points.radius[i]);
+    if (header.radius_origin == RadiusOrigin::kInput) to.write(points.radius[i]);
     tree.records.insert(tree.records.end(), to.bytes().begin(), to.bytes().end());
   }
 }

@@ -1,0 +1,70 @@
+#include "stages/estimate/leaf_boxes.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "formats/error.h"
+
+namespace cairn::stages {
+
+using formats::GridBox;
+using formats::GridPoint;
+using formats::Level;
+
+double squared_distance(const std::array<double, 3>& step, const GridBox& a, const GridBox& b) {
+  double sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t gap = std::max({std::int64_t{0}, std::int64_t{a.min[axis]} - b.max[axis],
+                                       std::int64_t{b.min[axis]} - a.max[axis]});
+    const double d = step[axis] * static_cast<double>(gap);
+    sum += d * d;
+  }
+  return sum;
+}
+
+double squared_distance(const std::array<double, 3>& step, const GridPoint& p, const GridBox& box) {
+  return squared_distance(step, GridBox{p, p}, box);
+}
+
+LeafBoxes::LeafBoxes(const formats::Tree& tree, const std::array<double, 3>& step,
+                     std::vector<GridBox> leaves)
+    : tree_(tree), step_(step), levels_(tree.leaf_level() + 1) {
+  CAIRN_CHECK(leaves.size() == tree.nodes_on(tree.leaf_level()));
+  levels_.back() = std::move(leaves);
+  for (Level level = tree.leaf_level(); level-- > 0;) {
+    levels_[level].resize(tree.nodes_on(level));
+    for (std::size_t child = 0; child < levels_[level + 1].size(); ++child)
+      levels_[level][child / tree.fanout()].add(levels_[level + 1][child]);
+  }
+}
+
+bool NearLeaves::Waiting::operator>(const Waiting& other) const {
+  return std::tie(squared_distance, level, index) >
+         std::tie(other.squared_distance, other.level, other.index);
+}
+
+NearLeaves::NearLeaves(const LeafBoxes& boxes, std::uint64_t leaf) : boxes_(boxes), leaf_(leaf) {
+  push(0, 0);
+}
+
+void NearLeaves::push(Level level, std::uint64_t index) {
+  waiting_.push({squared_distance(boxes_.step(), boxes_.node(level, index), boxes_.leaf(leaf_)),
+                 level, index});
+}
+
+const NearLeaves::Near* NearLeaves::at(std::size_t i) {
+  const formats::Tree& tree = boxes_.tree();
+  while (found_.size() <= i && !waiting_.empty()) {
+    const Waiting next = waiting_.top();
+    waiting_.pop();
+    if (next.level < tree.leaf_level()) {
+      for (std::uint32_t child = 0; child < tree.fanout(); ++child)
+        push(next.level + 1, next.index * tree.fanout() + child);
+    } else if (next.index != leaf_) {
+      found_.push_back({next.squared_distance, next.index});
+    }
+  }
+  return i < found_.size() ? &found_[i] : nullptr;
+}
+
+}  // namespace cairn::stages

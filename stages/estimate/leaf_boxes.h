@@ -1,0 +1,71 @@
+// Where the leaves lie: tight boxes of all nodes of the tree, and the leaves around one of them in the
+// order of their distance.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <queue>
+#include <vector>
+
+#include "formats/dataset/grid.h"
+#include "formats/dataset/tree.h"
+
+namespace cairn::stages {
+
+/// Squared world distance between two boxes, and between a position and a box; 0 where they meet. As
+/// every step of formats::squared_distance is monotone, neither is above the rounded distance of any two
+/// positions inside.
+double squared_distance(const std::array<double, 3>& step, const formats::GridBox& a,
+                        const formats::GridBox& b);
+double squared_distance(const std::array<double, 3>& step, const formats::GridPoint& p,
+                        const formats::GridBox& box);
+
+class LeafBoxes {
+ public:
+  /// `leaves` are the tight boxes of the tree's leaves, in order.
+  LeafBoxes(const formats::Tree& tree, const std::array<double, 3>& step,
+            std::vector<formats::GridBox> leaves);
+
+  const formats::GridBox& leaf(std::uint64_t index) const { return levels_.back()[index]; }
+  const formats::GridBox& node(formats::Level level, std::uint64_t index) const {
+    return levels_[level][index];
+  }
+  const formats::Tree& tree() const { return tree_; }
+  const std::array<double, 3>& step() const { return step_; }
+
+ private:
+  formats::Tree tree_;
+  std::array<double, 3> step_;
+  std::vector<std::vector<formats::GridBox>> levels_;
+};
+
+/// All other leaves, nearest box first; found as far as they are asked for.
+class NearLeaves {
+ public:
+  struct Near {
+    double squared_distance;  ///< between the boxes
+    std::uint64_t leaf;
+  };
+
+  /// `boxes` must outlive it.
+  NearLeaves(const LeafBoxes& boxes, std::uint64_t leaf);
+
+  /// Number `i` of the other leaves; nothing if there are no more than i.
+  const Near* at(std::size_t i);
+
+ private:
+  struct Waiting {
+    double squared_distance;
+    formats::Level level;
+    std::uint64_t index;
+    bool operator>(const Waiting& other) const;
+  };
+  void push(formats::Level level, std::uint64_t index);
+
+  const LeafBoxes& boxes_;
+  std::uint64_t leaf_;
+  std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> waiting_;
+  std::vector<Near> found_;
+};
+
+}  // namespace cairn::stages
