@@ -45,7 +45,7 @@ class VerifyCommand : public Command {
                     "the scans that it was built from, or the configuration file that names them")
         ->option_text("SCANS");
     // What a build must know of its scans beside their files.
-    for (const char* key : {"poses", "poses_tell", "allow_truncated", "columns"})
+    for (const char* key : {"folder", "poses", "poses_tell", "allow_truncated", "columns"})
       flags_.push_back(declare_flag(parser_, *find_setting(key)));
     parser_.add_flag("--json", json_, "report as one JSON object");
     parser_.add_option("--threads", threads_, "workers [one a processor]")

@@ -112,22 +112,58 @@ Grid power_of_two_grid(const ScanBox& box) {
   return grid;
 }
 
+double longest_side(const ScanBox& box) {
+  double longest = 0;
+  for (std::size_t axis = 0; !box.empty() && axis < 3; ++axis)
+    longest = std::max(longest, box.max[axis] - box.min[axis]);
+  return longest;
+}
+
+/// The box of all scans but one.
+ScanBox world_box_without(std::span<const ScanExtent> scans, std::size_t left_out) {
+  ScanBox box = world_box(scans.first(left_out));
+  box.add(world_box(scans.subspan(left_out + 1)));
+  return box;
+}
+
+std::string shown(const ScanBox& box) {
+  return fmt::format("({}, {}, {}) to ({}, {}, {})", box.min[0], box.min[1], box.min[2], box.max[0],
+                     box.max[1], box.max[2]);
+}
+
+/// The step is too coarse for `finest`. Blames the scan that lies apart from the others, if without it less than
+/// half of the extent is left, else the points of `finest` that stray.
+[[noreturn]] void refuse_extent(std::span<const ScanExtent> scans, const ScanExtent& finest,
+                                double step) {
+  std::size_t apart = 0;
+  for (std::size_t i = 1; i < scans.size(); ++i)
+    if (longest_side(world_box_without(scans, i)) < longest_side(world_box_without(scans, apart)))
+      apart = i;
+  const ScanBox others = world_box_without(scans, apart);
+  const bool stands_apart =
+      !others.empty() && 2 * longest_side(others) < longest_side(world_box(scans));
+  const std::string reason = fmt::format(
+      "the campaign's extent forces a grid step of {} units, coarser than the "
+      "resolution {} of {}",
+      step, finest.resolution, finest.scan->name());
+  if (stands_apart)
+    formats::throw_input({.what = "this scan lies apart from the others, and " + reason,
+                          .path = scans[apart].scan->path,
+                          .found = "points from " + shown(world_box(scans.subspan(apart, 1))) +
+                                   ", the others from " + shown(others),
+                          .expected = "a pose that places it, or a --resolution to accept"});
+  formats::throw_input({.what = reason,
+                        .path = finest.scan->path,
+                        .found = "points from " + shown(world_box({&finest, 1})),
+                        .expected = "stray points removed, or a --resolution to accept"});
+}
+
 void require_resolution(std::span<const ScanExtent> scans, const Grid& grid,
                         std::optional<double> accepted) {
   const double step = grid.step[0];
-  for (const ScanExtent& extent : scans) {
-    if (extent.box.empty() || step <= extent.resolution || (accepted && step <= *accepted))
-      continue;
-    const auto& box = extent.box;
-    formats::throw_input({.what = fmt::format("the campaign's extent forces a grid step of {} "
-                                              "units, coarser than this scan's own resolution; "
-                                              "its points reach from ({}, {}, {}) to ({}, {}, {})",
-                                              step, box.min[0], box.min[1], box.min[2], box.max[0],
-                                              box.max[1], box.max[2]),
-                          .path = extent.scan->path,
-                          .found = fmt::format("resolution {}", extent.resolution),
-                          .expected = "stray points removed, or a --resolution to accept"});
-  }
+  for (const ScanExtent& extent : scans)
+    if (!extent.box.empty() && step > extent.resolution && !(accepted && step <= *accepted))
+      refuse_extent(scans, extent, step);
 }
 
 /// Where the squares of distances leave the range of a double: sums of 2^48 squares of three coordinates,
@@ -147,10 +183,7 @@ void require_range(std::span<const ScanExtent> scans) {
              .found = fmt::format("from {} to {} on axis {}", box.min[axis], box.max[axis], axis),
              .expected = fmt::format("at most {}", kFarthest)});
   }
-  const ScanBox box = world_box(scans);
-  double longest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    longest = std::max(longest, box.max[axis] - box.min[axis]);
+  const double longest = longest_side(world_box(scans));
   if (longest > 0 && longest < kLeastExtent)
     formats::throw_input({.what = "the campaign's extent is too small for distances in doubles",
                           .found = fmt::format("{}", longest),

@@ -156,6 +156,27 @@ TEST_F(ImportTest, OneStrayPointIsRefusedUnlessAResolutionIsGiven) {
             1001U);
 }
 
+TEST_F(ImportTest, TheScanThatLiesApartIsTheOneThatIsBlamed) {
+  // Three scans of a few metres, the second in a frame of its own; scales that do not divide each other.
+  Scans scans;
+  scans.push_back(test::steps_scan({}, {steps_block({{0, 0, 0}, {900, 900, 900}})},
+                                   {0.01, 0.01, 0.01}, {4.7e5, 3.8e6, 2000}));
+  auto apart = test::steps_scan({}, {steps_block({{0, 0, 0}, {9000, 9000, 9000}})},
+                                {0.00025, 0.00025, 0.00025});
+  scans.push_back(std::move(apart));
+  scans.push_back(test::steps_scan({}, {steps_block({{0, 0, 0}, {90000, 90000, 90000}})},
+                                   {0.0001, 0.0001, 0.0001}, {4.7e5, 3.8e6, 2000}));
+  try {
+    import_scans(scans, {}, context());
+    FAIL() << "an extent of 4000 km at 0.1 mm was accepted";
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kInput);
+    EXPECT_NE(std::string(error.what()).find("points from (0, 0, 0) to (2.25, 2.25, 2.25)"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(ImportTest, AnOutlierOfAHundredKilometresIsNoReasonToRefuse) {
   std::vector<std::array<double, 3>> cloud;
   for (int i = 0; i < 1000; ++i) cloud.push_back({i * 1.0, 500.0 - i, 0});
