@@ -10,12 +10,16 @@
 #include <vector>
 
 /// Skips a test, saying so, where the scans are absent; fails it if the environment says that they are there.
-#define CAIRN_NEEDS_SHARED_DATA()                                  \
-  if (!std::filesystem::exists(CAIRN_SHARED_DATA "/MANIFEST.tsv")) \
-    if (std::getenv("CAIRN_SHARED_DATA_REQUIRED") != nullptr)      \
-      FAIL() << "no scans at " CAIRN_SHARED_DATA;                  \
-    else                                                           \
-      GTEST_SKIP() << "no scans at " CAIRN_SHARED_DATA
+#define CAIRN_NEEDS_SHARED_DATA()                                      \
+  do {                                                                 \
+    if (std::filesystem::exists(CAIRN_SHARED_DATA "/MANIFEST.tsv")) {  \
+      break;                                                           \
+    } else if (std::getenv("CAIRN_SHARED_DATA_REQUIRED") != nullptr) { \
+      FAIL() << "no scans at " CAIRN_SHARED_DATA;                      \
+    } else {                                                           \
+      GTEST_SKIP() << "no scans at " CAIRN_SHARED_DATA;                \
+    }                                                                  \
+  } while (false)
 
 namespace cairn::test {
 
