@@ -161,6 +161,13 @@ TEST_F(Refusal, AnErrorAfterASignalIsToldAsTheErrorThatItIs) {
   EXPECT_THAT(outcome.err, HasSubstr("unknown key 'nonsense'"));
 }
 
+TEST_F(Refusal, AScanWhoseReaderNeedsMoreThanTheMemoryIsRefused) {
+  CAIRN_NEEDS_SHARED_DATA();
+  const Outcome outcome = build({CAIRN_SHARED_DATA "/laz/autzen_trim.laz", "--memory", "64MiB"});
+  expect_refusal(outcome, 2);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("reading autzen_trim.laz"), HasSubstr("64.0 MiB")));
+}
+
 TEST_F(Refusal, ABuildStoppedWhileItDecodesLazCleansUpAndSaysSo) {
   CAIRN_NEEDS_SHARED_DATA();
   const Outcome outcome =
