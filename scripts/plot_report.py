@@ -48,18 +48,28 @@ def plot_sizes(axes, report):
 
 
 def plot_errors(axes, report):
-    """RMS and largest bound by level; leaves, which stand for themselves, have no RMS."""
+    """RMS and largest bound by level. What is exact, such as leaves that stand for themselves, has no place on a
+    logarithmic axis and is left out."""
     levels = report["levels"]
     x = range(len(levels))
-    rms = [level["rms"] if level["rms"] > 0 else float("nan") for level in levels]
-    low = [level["node_bound"]["min"] for level in levels]
-    high = [level["node_bound"]["max"] for level in levels]
+
+    def shown(values):
+        return [value if value > 0 else float("nan") for value in values]
+
+    rms = shown([level["rms"] for level in levels])
+    low = shown([level["node_bound"]["min"] for level in levels])
+    high = shown([level["node_bound"]["max"] for level in levels])
     axes.plot(x, rms, "o-", color=BLUE, label="RMS over all input points")
     axes.fill_between(x, low, high, color=ORANGE, alpha=0.25, label="bounds of nodes, least to most")
     axes.plot(x, high, "s-", color=ORANGE, ms=4, label="no point is farther")
     if any(value > 0 for value in high):
         axes.set_yscale("log")
+    exact = [level["level"] for level in levels if level["node_bound"]["max"] == 0]
+    if exact:
+        axes.annotate(f"exact: level {', '.join(map(str, exact))}", (0.98, 0.03), xycoords="axes fraction", ha="right",
+                      fontsize=8, color="#444444")
     axes.set_xticks(list(x), level_labels(levels))
+    axes.set_xlim(-0.3, len(levels) - 0.7)
     axes.set(title="Distance of input points to their representatives", xlabel="level", ylabel="units of the scans")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)

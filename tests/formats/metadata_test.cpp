@@ -79,7 +79,7 @@ TEST_F(MetadataTest, CarriesSettingsSourcesAndCoordinateSystem) {
   EXPECT_EQ(json["sources"][0]["kept"], 6);
   EXPECT_EQ(json["sources"][0]["dropped"]["non_finite"], 1);
   EXPECT_EQ(json["sources"][0]["dropped"]["no_return"], 2);
-  EXPECT_EQ(json["sources"][0]["crs"], nlohmann::json({0}));
+  EXPECT_EQ(json["sources"][0]["crs"], nlohmann::json::array({0}));
   EXPECT_EQ(json["crs"]["wkt"], wkt);
   std::vector<VariableLengthRecord> crs;
   ASSERT_FALSE(read_metadata_crs(text_, crs));
