@@ -51,6 +51,7 @@ run() {
 
 scripts/setup.sh checks
 export UBSAN_OPTIONS=print_stacktrace=1
+export TSAN_OPTIONS="suppressions=$PWD/scripts/tsan.supp"
 [[ $# -gt 0 ]] || set -- asan tsan
 for sanitizer in "$@"; do
   case $sanitizer in
