@@ -16,7 +16,7 @@ namespace {
 // Two chunks as LASzip makes them, or many of the small ones of COPC.
 constexpr std::uint64_t kStretchPoints = 100'000;
 // Resident memory of a worker, measured: what it takes at all, and the models of each extra byte.
-constexpr std::uint64_t kWorkerBytes = std::uint64_t{60} << 20;
+constexpr std::uint64_t kWorkerBytes = std::uint64_t{72} << 20;
 constexpr std::uint64_t kPointwiseModelBytes = 3 << 10;
 constexpr std::uint64_t kLayeredModelBytes = 11 << 10;
 
