@@ -39,6 +39,13 @@ build_tsan_onetbb() {
   touch "$tree/install/done"
 }
 
+# The program's tests hold it to one line on stderr. The symbolizer that the thread sanitizer starts, also for
+# races that scripts/tsan.supp passes over, writes there too, when it is asked about an address on the stack.
+make_quiet_symbolizer() {
+  printf '#!/bin/sh\nexec llvm-symbolizer-14 "$@" 2>/dev/null\n' >"$1"
+  chmod +x "$1"
+}
+
 # run <preset> <label> <ctest option>...
 run() {
   local preset=$1 label=$2
@@ -51,13 +58,15 @@ run() {
 
 scripts/setup.sh checks
 export UBSAN_OPTIONS=print_stacktrace=1
-export TSAN_OPTIONS="suppressions=$PWD/scripts/tsan.supp"
+symbolizer=$PWD/build/tsan-onetbb/llvm-symbolizer  # this name is how the sanitizer knows its kind
+export TSAN_OPTIONS="suppressions=$PWD/scripts/tsan.supp:external_symbolizer_path=$symbolizer"
 [[ $# -gt 0 ]] || set -- asan tsan
 for sanitizer in "$@"; do
   case $sanitizer in
     asan) run asan short ;;
     tsan)
       build_tsan_onetbb
+      make_quiet_symbolizer "$symbolizer"
       run tsan short --tests-regex '^(stages|end_to_end)/'
       ;;
     fuzz) run fuzz long --tests-regex '^fuzz/' ;;
