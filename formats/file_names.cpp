@@ -28,7 +28,7 @@ fs::path followed(const fs::path& path) {
     name = name.parent_path();
   if (!fs::is_symlink(name)) return name;
   std::error_code error;
-  const fs::path target = fs::canonical(name, error);
+  fs::path target = fs::canonical(name, error);
   if (error) throw_usage(name.string() + " is a symbolic link to nothing");
   return target;
 }

@@ -55,7 +55,7 @@ constexpr std::array<std::uint8_t, kBins + 1> kStarts = make_starts();
 /// The cell [kLines[i], kLines[i + 1]] that holds u, for u in -1..1. The bins are narrower than the
 /// cells, so at most one line lies inside a bin.
 std::uint32_t cell_of(double u) {
-  const std::uint32_t line = kStarts[static_cast<std::uint32_t>((u + 1.0) * (kBins / 2))];
+  const std::uint32_t line = kStarts[static_cast<std::uint32_t>((u + 1.0) * (kBins * 0.5))];
   return std::min(line + (kLines[line + 1] <= u ? 1 : 0), kGrid - 1);
 }
 

@@ -93,7 +93,7 @@ void read_remainders(const std::byte* in, unsigned width, std::span<U> values) {
   std::size_t bit = 0;
   std::size_t i = 0;
   if (width <= kFourToAWord) {
-    for (; i + 4 <= values.size(); i += 4, bit += 4 * width) {
+    for (; i + 4 <= values.size(); i += 4, bit += std::size_t{4} * width) {
       const std::uint64_t word = load_le<std::uint64_t>(in + bit / 8) >> (bit % 8);
       values[i] = static_cast<U>(word & mask);
       values[i + 1] = static_cast<U>((word >> width) & mask);

@@ -27,10 +27,11 @@ Level nearest_level(std::uint64_t n, std::uint64_t s, std::uint64_t fanout) {
   constexpr Wide kMax = ~static_cast<Wide>(0);
   if (bound > kMax / fanout) return level;
   bound *= fanout;
+  const Wide fanout2 = static_cast<Wide>(fanout) * fanout;
   while (bound < n2) {
     ++level;
-    if (bound > kMax / (fanout * fanout)) break;
-    bound *= fanout * fanout;
+    if (bound > kMax / fanout2) break;
+    bound *= fanout2;
   }
   return level;
 }
