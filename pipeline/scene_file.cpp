@@ -156,7 +156,7 @@ void read_station(CheckedTable table, std::size_t number, stages::Scene& scene) 
 void read_output(CheckedTable table, SceneFile& scene) {
   const auto one_of = [](const auto&... allowed) {
     return [=](const toml::node& node) -> std::optional<std::string> {
-      const auto text = any_text(node);
+      auto text = any_text(node);
       if (!text || !((*text == allowed) || ...)) return std::nullopt;
       return text;
     };

@@ -78,11 +78,13 @@ std::vector<std::uint64_t> storage_order(const formats::Tree& tree,
                                          const std::vector<PackedNode>& nodes) {
   CAIRN_CHECK(nodes.size() == tree.node_count());
   std::vector<std::tuple<formats::Level, std::uint64_t, std::uint64_t>> keys;  // level, curve, id
+  keys.reserve(nodes.size());
   for (std::uint64_t id = 0; id < nodes.size(); ++id)
     keys.emplace_back(tree.level_of(formats::NodeId{id}),
                       curve_key(nodes.front().record.box, nodes[id].record.box), id);
   std::ranges::sort(keys);
   std::vector<std::uint64_t> order;
+  order.reserve(keys.size());
   for (const auto& key : keys) order.push_back(std::get<2>(key));
   return order;
 }

@@ -18,7 +18,7 @@ constexpr std::size_t kShownBytes = 40;
 
 /// Takes the next word off the front of `line`; empty at the end.
 std::string_view next_token(std::string_view& line) {
-  constexpr auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
+  const auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
   const char* at = line.data();
   const char* const end = at + line.size();
   while (at != end && is_blank(*at)) ++at;

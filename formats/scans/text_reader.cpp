@@ -147,7 +147,7 @@ TextReader::TextReader(const std::filesystem::path& path, const ScanOptions& opt
   RowPass pass = count_rows(lines, head, uses_of(names, columns), options);
   info_.present_points = pass.rows();
   if (names.empty()) names = recognise_columns(pass.columns(), is_pts_);
-  lay_out(std::move(names), pass.columns());
+  lay_out(names, pass.columns());
   stretches_ = std::move(pass).stretches();
 }
 
@@ -246,7 +246,7 @@ RowPass TextReader::count_rows(LineReader& lines, const Head& head, std::vector<
   return pass;
 }
 
-void TextReader::lay_out(std::vector<std::string> names, const TextColumns& columns) {
+void TextReader::lay_out(const std::vector<std::string>& names, const TextColumns& columns) {
   auto layout = make_text_layout(names, columns, info_.schema);
   CAIRN_CHECK(layout.has_value());
   rows_.layout = std::move(*layout);

@@ -41,7 +41,7 @@ class TextReader : public ScanReader {
                                     const ScanOptions& options) const;
   RowPass count_rows(LineReader& lines, const Head& head, std::vector<ColumnUse> uses,
                      const ScanOptions& options);
-  void lay_out(std::vector<std::string> names, const TextColumns& columns);
+  void lay_out(const std::vector<std::string>& names, const TextColumns& columns);
 
   RandomAccessFile file_;
   bool is_pts_ = false;

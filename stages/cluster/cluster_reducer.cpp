@@ -11,7 +11,6 @@
 namespace cairn::stages {
 
 using formats::GridPoint;
-using formats::kHilbertBits;
 using formats::Normal;
 
 namespace {

@@ -222,6 +222,7 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
 
   std::vector<Stretch> stretches = list_stretches(scans);
   std::vector<RecordConverter> converters;
+  converters.reserve(infos.size());
   for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout);
   context.progress->begin("import", size_bytes / layout.stride);
   // A worker holds a block as raw bytes, as columns and as records, and what its reader needs.

@@ -20,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using formats::Error;
-using formats::ErrorKind;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

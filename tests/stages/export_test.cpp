@@ -14,7 +14,6 @@ namespace {
 
 using formats::DatasetReader;
 using formats::Level;
-using formats::NodeId;
 using formats::PointBlock;
 using formats::PositionEncoding;
 using formats::ScanInfo;

@@ -15,7 +15,6 @@
 namespace cairn::stages {
 namespace {
 
-using formats::NodeId;
 
 class PackTest : public testing::Test {
  protected:

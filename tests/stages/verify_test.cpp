@@ -13,7 +13,6 @@ namespace {
 
 using formats::DatasetIndex;
 using formats::DatasetReader;
-using formats::NodeId;
 
 VerifyReport verify(const std::filesystem::path& directory, unsigned threads = 2,
                     const std::optional<RecordSource>& sources = std::nullopt) {

@@ -35,7 +35,7 @@ void read_old_flags(const std::string& record, LasPoint& point) {
   point.scan_flags = returns >> 6 & 3;
   point.classification = classes & 31;
   point.class_flags = classes >> 5;
-  point.scan_angle = at<std::int8_t>(record, 16);
+  point.scan_angle = std::int32_t{at<std::int8_t>(record, 16)};
   point.user_data = at<std::uint8_t>(record, 17);
   point.source_id = at<std::uint16_t>(record, 18);
 }

@@ -160,6 +160,7 @@ void check_items(const Record& record, const LasHeader& header, const std::vecto
   };
   if (!std::equal(items.begin(), items.end(), expected.begin(), expected.end(), same)) {
     std::vector<std::string> found;
+    found.reserve(items.size());
     for (const Item& item : items) found.push_back(item.text());
     record.refuse(fmt::format("the LASzip items do not make up records of point format {}",
                               header.point_format),

@@ -131,6 +131,7 @@ class SpawnSettings {
   /// Returns 0 or the error's number.
   int spawn(std::vector<std::string> words, std::vector<char*> environment, pid_t& process) const {
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     environment.push_back(nullptr);
