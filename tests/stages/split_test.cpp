@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 
@@ -175,6 +176,51 @@ TEST_F(SplitTest, SameBytesFromAnyThreadsAndWithTinyMemory) {
   const auto one = with(1, std::uint64_t{1} << 30);
   EXPECT_EQ(bytes(one), bytes(with(2, std::uint64_t{1} << 30)));
   EXPECT_EQ(bytes(one), bytes(with(7, std::uint64_t{1} << 20)));
+}
+
+/// Counts what is told, and asks for a stop at the first points of the split.
+class StoppingProgress final : public ProgressSink {
+ public:
+  explicit StoppingProgress(std::stop_source& stop) : stop_(stop) {}
+  void begin(std::string_view stage, std::uint64_t total) override {
+    splitting_ = stage == "split";
+    total_ = total;
+  }
+  void advance(std::uint64_t points) override {
+    if (!splitting_) return;
+    told_ += points;
+    stop_.request_stop();
+  }
+  void end() override {}
+
+  std::uint64_t total() const { return total_; }
+  std::uint64_t told() const { return told_; }
+
+ private:
+  std::stop_source& stop_;
+  std::atomic<bool> splitting_ = false;
+  std::atomic<std::uint64_t> total_ = 0;
+  std::atomic<std::uint64_t> told_ = 0;
+};
+
+TEST_F(SplitTest, TellsEveryPointOfEveryLevelAndStopsWithinTheRootPass) {
+  const auto points = random_points(1 << 21, 700, 5);
+  const Tree tree(points.size(), 2, points.size() / 4);
+  ASSERT_EQ(tree.leaf_level(), 2);
+  std::stop_source stop;
+  StoppingProgress progress(stop);
+  context().progress = &progress;
+  run(points, tree);
+  EXPECT_EQ(progress.total(), 2 * points.size());
+  EXPECT_EQ(progress.told(), 2 * points.size());
+
+  stop = std::stop_source{};
+  StoppingProgress stopped(stop);
+  context().progress = &stopped;
+  context().stop = stop.get_token();
+  EXPECT_THROW(run(points, tree), Stopped);
+  EXPECT_LT(stopped.told(), points.size());
+  EXPECT_TRUE(std::filesystem::is_empty(folder().path()));
 }
 
 }  // namespace
