@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "formats/lower_case.h"
 #include "formats/scans/laz/worker.h"
 
 namespace cairn::pipeline {
@@ -46,13 +47,6 @@ std::optional<std::pair<double, std::string_view>> split_number(std::string_view
   std::string_view rest = text.substr(static_cast<std::size_t>(end - text.data()));
   while (!rest.empty() && rest.front() == ' ') rest.remove_prefix(1);
   return std::pair{number, rest};
-}
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
 }
 
 /// The number that a control file holds; nothing for "max", an absent file or nonsense.
@@ -112,7 +106,7 @@ std::uint64_t read_kilobytes(const std::filesystem::path& file, std::string_view
 std::optional<std::uint64_t> parse_size(std::string_view text) {
   const auto number = split_number(text);
   if (!number) return std::nullopt;
-  const std::string name = lower(number->second);
+  const std::string name = formats::lower_case(std::string(number->second));
   const auto unit =
       std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
   if (unit == kUnits.end()) return std::nullopt;

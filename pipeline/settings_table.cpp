@@ -26,6 +26,15 @@ constexpr std::uint64_t kMostGrid = 65536;
 constexpr std::uint64_t kMostThreads = 1024;
 constexpr std::uint64_t kMostNeighbors = 1024;
 
+/// The member that pointers to members lead to, one inside the other.
+template <auto kMember, auto... kInside>
+auto& member(auto& of) {
+  if constexpr (sizeof...(kInside) == 0)
+    return of.*kMember;
+  else
+    return member<kInside...>(of.*kMember);
+}
+
 /// The whole text as a T.
 template <typename T>
 std::optional<T> parse(const std::string& text) {
@@ -63,10 +72,35 @@ bool set_number(Target& target, const Values& values, Accept accept) {
   return true;
 }
 
-bool set_switch(bool& target, const Values& values) {
-  if (values.front() != "true" && values.front() != "false") return false;
-  target = values.front() == "true";
-  return true;
+template <auto... kMember>
+bool set_switch(BuildSettings& s, const Values& v) {
+  member<kMember...>(s.options) = v.front() == "true";
+  return v.front() == "true" || v.front() == "false";
+}
+
+template <auto... kMember>
+bool set_path(BuildSettings& s, const Values& v) {
+  member<kMember...>(s.options) = v.front();
+  return !v.front().empty();
+}
+
+template <auto kMember, std::uint64_t kLeast, std::uint64_t kMost>
+bool set_integer(BuildSettings& s, const Values& v) {
+  return set_integer(s.options.*kMember, v, kLeast, kMost);
+}
+
+template <auto kMember, std::uint64_t kLeast, std::uint64_t kMost>
+bool set_integer_or_auto(BuildSettings& s, const Values& v) {
+  return set_integer_or_auto(s.options.*kMember, v, kLeast, kMost);
+}
+
+template <auto kMember>
+bool set_names(BuildSettings& s, const Values& v) {
+  std::vector<std::string>& names = s.options.*kMember;
+  names = v;
+  std::replace(names.begin(), names.end(), std::string("colour"), std::string("color"));
+  return std::none_of(v.begin(), v.end(),
+                      [](const std::string& name) { return name.empty() || name == "position"; });
 }
 
 bool set_scans(BuildSettings& s, const Values& v) {
@@ -77,31 +111,14 @@ bool set_scans(BuildSettings& s, const Values& v) {
 /// Has had its effect when paths were located.
 bool set_folder(BuildSettings&, const Values& v) { return !v.front().empty(); }
 
-bool set_output(BuildSettings& s, const Values& v) {
-  s.options.output = v.front();
-  return !v.front().empty();
-}
-
 bool is_preset(BuildSettings&, const Values& v) {
   return std::any_of(presets().begin(), presets().end(),
                      [&](const Preset& p) { return p.name == v.front(); });
 }
 
-bool set_fanout(BuildSettings& s, const Values& v) {
-  return set_integer_or_auto(s.options.fanout, v, formats::kMinFanout, formats::kMaxFanout);
-}
-
-bool set_node_points(BuildSettings& s, const Values& v) {
-  return set_integer(s.options.node_points, v, formats::kMinFanout, kMostNodePoints);
-}
-
 bool set_reducer(BuildSettings& s, const Values& v) {
   s.options.reducer = v.front();
   return v.front() == "cluster" || v.front() == "first" || v.front() == "random";
-}
-
-bool set_grid(BuildSettings& s, const Values& v) {
-  return set_integer_or_auto(s.options.grid, v, 1, kMostGrid);
 }
 
 bool set_theta(BuildSettings& s, const Values& v) {
@@ -112,33 +129,10 @@ bool set_relaxation(BuildSettings& s, const Values& v) {
   return set_number(s.options.theta_relaxation, v, [](double x) { return x > 1; });
 }
 
-bool set_position_bits(BuildSettings& s, const Values& v) {
-  return set_integer(s.options.position_bits, v, 1, 32);
-}
-
-bool set_lossless(BuildSettings& s, const Values& v) {
-  return set_switch(s.options.lossless_leaves, v);
-}
-
 bool set_codec(BuildSettings& s, const Values& v) {
   const auto codec = formats::codec_named(v.front());
   if (codec) s.options.codec = *codec;
   return codec.has_value();
-}
-
-bool set_names(std::vector<std::string>& target, const Values& v) {
-  target = v;
-  std::replace(target.begin(), target.end(), std::string("colour"), std::string("color"));
-  return std::none_of(v.begin(), v.end(),
-                      [](const std::string& name) { return name.empty() || name == "position"; });
-}
-
-bool set_drop(BuildSettings& s, const Values& v) { return set_names(s.options.drop, v); }
-bool set_keep(BuildSettings& s, const Values& v) { return set_names(s.options.keep, v); }
-
-bool set_poses(BuildSettings& s, const Values& v) {
-  s.options.campaign.poses = v.front();
-  return !v.front().empty();
 }
 
 bool set_poses_tell(BuildSettings& s, const Values& v) {
@@ -161,16 +155,8 @@ bool set_estimate(BuildSettings& s, const Values& v) {
                      [](const std::string& name) { return name == "normals" || name == "radii"; });
 }
 
-bool set_neighbors(BuildSettings& s, const Values& v) {
-  return set_integer(s.options.neighbors, v, 3, kMostNeighbors);
-}
-
 bool set_resolution(BuildSettings& s, const Values& v) {
   return set_number(s.options.resolution, v, [](double x) { return x > 0; });
-}
-
-bool set_truncated(BuildSettings& s, const Values& v) {
-  return set_switch(s.options.campaign.allow_truncated, v);
 }
 
 bool set_columns(BuildSettings& s, const Values& v) {
@@ -195,13 +181,6 @@ bool set_threads(BuildSettings& s, const Values& v) {
   return true;
 }
 
-bool set_scratch(BuildSettings& s, const Values& v) {
-  s.options.scratch = v.front();
-  return !v.front().empty();
-}
-
-bool set_force(BuildSettings& s, const Values& v) { return set_switch(s.options.force, v); }
-
 bool set_progress(BuildSettings& s, const Values& v) {
   const auto mode = progress_mode_named(v.front());
   if (mode) s.progress = *mode;
@@ -223,47 +202,55 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"folder", kPath, kInOut, "DIR", "a path of a folder", "the configuration file's",
      "where the relative scans and poses of a configuration file start", set_folder},
     {"output", kPath, kInOut, "NAME.cairn", "a path", "", "the dataset to make, a folder",
-     set_output},
+     set_path<&BuildOptions::output>},
     {"preset", kText, kInOut, "NAME", "default, preview or archive", "default",
      "start from these settings", is_preset},
     {"poses", kPath, kInOut, "FILE", "a path of a table of poses or a Stanford .conf file",
-     "the scans' own", "where the scans stand; see \"Poses\"", set_poses, /*flag_only=*/false,
+     "the scans' own", "where the scans stand; see \"Poses\"",
+     set_path<&BuildOptions::campaign, &CampaignOptions::poses>, /*flag_only=*/false,
      /*in_folder=*/true},
     {"poses_tell", kText, kInOut, "WHAT", "placement or sensors", "placement",
      "whether poses place the scans, or only tell where the sensors stood", set_poses_tell},
     {"crs", kText, kInOut, "CRS", "EPSG:number or WKT", "the scans' own",
      "coordinate reference system, instead of what the scans tell", set_crs},
     {"keep", kTexts, kInOut, "NAME", "names of attributes, such as color or gps_time", "all",
-     "attribute to keep, all others are left out; may be repeated", set_keep},
+     "attribute to keep, all others are left out; may be repeated", set_names<&BuildOptions::keep>},
     {"drop", kTexts, kInOut, "NAME", "names of attributes, such as color or gps_time", "none",
-     "attribute to leave out; may be repeated", set_drop},
+     "attribute to leave out; may be repeated", set_names<&BuildOptions::drop>},
     {"resolution", kNumber, kInOut, "LENGTH", "a number above 0", "the input's own",
      "accept positions rounded to steps up to this long (world units)", set_resolution},
     {"allow_truncated", kSwitch, kInOut, "", kBoolean, "false",
-     "keep the whole records of files that end early", set_truncated},
+     "keep the whole records of files that end early",
+     set_switch<&BuildOptions::campaign, &CampaignOptions::allow_truncated>},
     {"columns", kTexts, kInOut, "NAMES", "names of columns, such as \"x y z intensity\"",
      "recognised", "columns of text scans; _ leaves one out; see \"Text\"", set_columns},
     {"fanout", kIntegerOrAuto, kTree, "N|auto", "an integer from 2 to 64, or auto", "auto",
-     "children of an inner node; auto: the one of 2 to 8 that fits node_points best", set_fanout},
+     "children of an inner node; auto: the one of 2 to 8 that fits node_points best",
+     set_integer_or_auto<&BuildOptions::fanout, formats::kMinFanout, formats::kMaxFanout>},
     {"node_points", kInteger, kTree, "COUNT", "an integer from 2 to 2097152", "65536",
-     "points a node should hold", set_node_points},
+     "points a node should hold",
+     set_integer<&BuildOptions::node_points, formats::kMinFanout, kMostNodePoints>},
     {"estimate", kTexts, kEstimation, "WHAT", "normals or radii", "nothing",
      "what to estimate from the nearest neighbors; may be repeated", set_estimate},
     {"neighbors", kInteger, kEstimation, "COUNT", "an integer from 3 to 1024", "16",
-     "positions that an estimate looks at, the point's own included", set_neighbors},
+     "positions that an estimate looks at, the point's own included",
+     set_integer<&BuildOptions::neighbors, 3, kMostNeighbors>},
     {"reducer", kText, kSimplification, "NAME", "cluster, first or random", "cluster",
      "how representatives of finer points are chosen", set_reducer},
     {"grid", kIntegerOrAuto, kSimplification, "K|auto", "an integer from 1 to 65536, or auto",
-     "auto", "cells along the longest axis; auto: about 16 points a cell", set_grid},
+     "auto", "cells along the longest axis; auto: about 16 points a cell",
+     set_integer_or_auto<&BuildOptions::grid, 1, kMostGrid>},
     {"theta", kNumber, kSimplification, "DEGREES", "a number from 0 to 180", "15",
      "largest angle between normals that are merged", set_theta},
     {"theta_relaxation", kNumber, kSimplification, "FACTOR", "a number above 1", "1.5",
      "theta grows by this factor, by 1 degree at least, where nothing else can be merged",
      set_relaxation},
     {"position_bits", kInteger, kStorage, "BITS", "an integer from 1 to 32", "16",
-     "bits of a coordinate inside its node's box", set_position_bits},
+     "bits of a coordinate inside its node's box",
+     set_integer<&BuildOptions::position_bits, 1, 32>},
     {"lossless_leaves", kSwitch, kStorage, "", kBoolean, "false",
-     "keep the finest level on the dataset's grid; exact for LAS of common scales", set_lossless},
+     "keep the finest level on the dataset's grid; exact for LAS of common scales",
+     set_switch<&BuildOptions::lossless_leaves>},
     {"codec", kText, kStorage, "NAME", "none, lzo, lzo999 or zstd", "lzo",
      "compression of the sections", set_codec},
     {"memory", kSize, kResources, "SIZE",
@@ -272,11 +259,12 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"threads", kIntegerOrAuto, kResources, "COUNT", "an integer from 1 to 1024, or auto", "auto",
      "workers; auto: one a processor", set_threads},
     {"scratch", kPath, kResources, "DIR", "a path of a folder", "beside the output",
-     "where bulky work arrays go", set_scratch},
-    {"progress", kText, kResources, "MODE", "auto, bar, plain, json or none", "auto",
+     "where bulky work arrays go", set_path<&BuildOptions::scratch>},
+    {"progress", kText, kResources, "MODE", kProgressModeChoices.data(), "auto",
      "how progress is shown on stderr", set_progress},
     {"force", kSwitch, kInOut, "", kBoolean, "false",
-     "replace an existing dataset once the new one is complete", set_force, /*flag_only=*/true},
+     "replace an existing dataset once the new one is complete", set_switch<&BuildOptions::force>,
+     /*flag_only=*/true},
 });
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "formats/bytes.h"
 #include "formats/checksum.h"
+#include "formats/dataset/field_reader.h"
 #include "formats/dataset/index_file.h"
 #include "formats/dataset/record_codec.h"
 
@@ -37,55 +38,6 @@ DecodeError wrong(std::string what, std::uint64_t offset, std::uint64_t found,
                   std::uint64_t expected) {
   return {std::move(what), offset, std::to_string(found), std::to_string(expected)};
 }
-
-/// Reads values one after the other and remembers the first complaint.
-class HeadReader {
- public:
-  explicit HeadReader(std::span<const std::byte> bytes, std::size_t at) : bytes_(bytes), at_(at) {}
-
-  template <Scalar T>
-  T get() {
-    field_ = at_;
-    if (bytes_.size() - at_ < sizeof(T)) {
-      complain("the head of the index ends early", std::to_string(bytes_.size()) + " bytes",
-               "more");
-      return T{};
-    }
-    const T value = load_le<T>(bytes_.data() + at_);
-    at_ += sizeof(T);
-    return value;
-  }
-  template <Scalar T>
-  T get_in(const char* what, T low, T high) {
-    const T value = get<T>();
-    if (!(value >= low && value <= high))
-      complain(what, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
-    return value;
-  }
-  std::string get_text(std::size_t size) {
-    field_ = at_;
-    if (bytes_.size() - at_ < size) {
-      complain("the head of the index ends early", std::to_string(bytes_.size()) + " bytes",
-               "more");
-      return {};
-    }
-    std::string text(reinterpret_cast<const char*>(bytes_.data() + at_), size);
-    at_ += size;
-    return text;
-  }
-  void complain(std::string what, std::string found, std::string expected) {
-    if (!error_)
-      error_ = DecodeError{std::move(what), field_, std::move(found), std::move(expected)};
-  }
-  std::size_t position() const { return at_; }
-  const std::optional<DecodeError>& error() const { return error_; }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::size_t at_;
-  std::size_t field_ = 0;
-  std::optional<DecodeError> error_;
-};
 
 std::optional<DecodeError> read_fixed(std::span<const std::byte> bytes,
                                       std::uint64_t index_size_bytes, Fixed& fixed) {
@@ -119,7 +71,7 @@ std::optional<DecodeError> read_fixed(std::span<const std::byte> bytes,
   return std::nullopt;
 }
 
-void read_grid(HeadReader& in, Grid& grid) {
+void read_grid(FieldReader& in, Grid& grid) {
   constexpr double kHuge = std::numeric_limits<double>::max();
   constexpr std::int64_t kMaxShift = std::int64_t{1} << 62;
   for (double& step : grid.step)
@@ -141,7 +93,7 @@ bool is_plain_name(std::string_view name) {
   });
 }
 
-void read_attribute(HeadReader& in, Schema& schema) {
+void read_attribute(FieldReader& in, Schema& schema) {
   Attribute attribute;
   attribute.type =
       static_cast<ScalarType>(in.get_in<std::uint8_t>("unknown type of attribute", 1, 10));
@@ -161,7 +113,7 @@ void read_attribute(HeadReader& in, Schema& schema) {
   schema.push_back(std::move(attribute));
 }
 
-void read_dataset(HeadReader& in, std::size_t head_size_bytes, DatasetHeader& dataset) {
+void read_dataset(FieldReader& in, std::size_t head_size_bytes, DatasetHeader& dataset) {
   read_grid(in, dataset.grid);
   dataset.points = in.get_in<std::uint64_t>("impossible number of points", 1, kMaxPoints);
   dataset.target_points = in.get<std::uint64_t>();
@@ -343,7 +295,7 @@ std::optional<DecodeError> parse_index_head(std::span<const std::byte> bytes,
   head.nodes_size_bytes = load_le<std::uint64_t>(&bytes[32]);
   head.metadata_size_bytes = load_le<std::uint64_t>(&bytes[40]);
   head.metadata_checksum = load_le<std::uint64_t>(&bytes[48]);
-  HeadReader in(bytes.first(fixed.head_size_bytes), 72);
+  FieldReader in(bytes.first(fixed.head_size_bytes), "the head of the index", 72);
   read_dataset(in, fixed.head_size_bytes, head.dataset);
   if (in.error()) return in.error();
   if (fixed.version != version_of(head.dataset))

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "formats/bytes.h"
 #include "formats/dataset/normal_column.h"
@@ -73,13 +74,17 @@ double NodeFrame::displacement_bound(const Grid& grid) const {
   return std::sqrt(squares) * (1 + 12 * std::numeric_limits<double>::epsilon());
 }
 
+std::vector<float> NodeFrame::quantized_radii(std::vector<float> radii) const {
+  if (radii_exact_) return radii;
+  const RadiusQuantizer quantizer(radius_min_, radius_max_);
+  for (float& radius : radii) radius = quantizer.decode(quantizer.encode(radius));
+  return radii;
+}
+
 void NodeFrame::quantize(const Schema& schema, NodeData& points) const {
   const PositionQuantizer positions(position_box_, position_bits_);
   if (!positions.exact()) quantize_positions(positions, points.position);
-  if (!radii_exact_) {
-    const RadiusQuantizer radii(radius_min_, radius_max_);
-    for (float& radius : points.radius) radius = radii.decode(radii.encode(radius));
-  }
+  points.radius = quantized_radii(std::move(points.radius));
   if (normals_exact_) return;
   for (std::size_t i = 0; i < points.attributes.size(); ++i)
     if (schema[i].rule == ReduceRule::kNormal && !points.attributes[i].empty())

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "formats/dataset/node_data.h"
 #include "formats/dataset/node_record.h"
@@ -34,6 +35,8 @@ class NodeFrame {
   /// No decoded point is farther than this from the original: world units, rounded up; 0 if exact.
   double displacement_bound(const Grid& grid) const;
 
+  /// What a reader will see of radii, none outside of radius_min() to radius_max().
+  std::vector<float> quantized_radii(std::vector<float> radii) const;
   /// Replaces positions, radii and normals by what a reader of the dataset will see of them. Requires
   /// the points that the frame was fitted to; columns that are empty stay so.
   void quantize(const Schema& schema, NodeData& points) const;

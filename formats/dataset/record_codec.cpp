@@ -6,6 +6,7 @@
 #include <string>
 
 #include "formats/bytes.h"
+#include "formats/dataset/field_reader.h"
 
 namespace cairn::formats {
 namespace {
@@ -15,81 +16,10 @@ std::size_t blocks_size_bytes(const DatasetHeader& header) {
   return (size + 7) / 8 * 8;
 }
 
-/// Writes the fields of a record one after the other.
-class FieldWriter {
- public:
-  explicit FieldWriter(std::span<std::byte> out) : out_(out) {}
-  template <Scalar T>
-  void put(T value) {
-    CAIRN_CHECK(out_.size() - at_ >= sizeof(T));
-    store_le(out_.data() + at_, value);
-    at_ += sizeof(T);
-  }
-  void put(const GridBox& box) {
-    for (const std::int32_t c : box.min) put(c);
-    for (const std::int32_t c : box.max) put(c);
-  }
-  void zero_to(std::size_t end) {
-    while (at_ < end) put(std::uint8_t{0});
-  }
-
- private:
-  std::span<std::byte> out_;
-  std::size_t at_ = 0;
-};
-
-/// Reads the fields of a record and keeps the first thing that is wrong with them.
-class FieldReader {
- public:
-  explicit FieldReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-
-  template <Scalar T>
-  T get() {
-    CAIRN_CHECK(bytes_.size() - at_ >= sizeof(T));
-    const T value = load_le<T>(bytes_.data() + at_);
-    field_ = at_;
-    at_ += sizeof(T);
-    return value;
-  }
-  GridBox get_box(const char* what) {
-    GridBox box;
-    const std::size_t begin = at_;
-    for (std::int32_t& c : box.min) c = get<std::int32_t>();
-    for (std::int32_t& c : box.max) c = get<std::int32_t>();
-    field_ = begin;
-    for (int a = 0; a < 3; ++a)
-      require(box.min[a] <= box.max[a], what, "an empty box", "min <= max on every axis");
-    return box;
-  }
-  template <Scalar T>
-  void get_equal(const char* what, T expected) {
-    const T value = get<T>();
-    require(value == expected, what, value, std::to_string(expected));
-  }
-  template <Scalar T>
-  T get_in(const char* what, T low, T high) {
-    const T value = get<T>();
-    require(value >= low && value <= high, what, value,
-            std::to_string(low) + " to " + std::to_string(high));
-    return value;
-  }
-  template <typename Found>
-  void require(bool condition, const char* what, const Found& found, std::string expected) {
-    if (condition || error_) return;
-    if constexpr (Scalar<Found>)
-      error_ = DecodeError{what, field_, std::to_string(found), std::move(expected)};
-    else
-      error_ = DecodeError{what, field_, found, std::move(expected)};
-  }
-  std::size_t position() const { return at_; }
-  const std::optional<DecodeError>& error() const { return error_; }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::size_t at_ = 0;
-  std::size_t field_ = 0;
-  std::optional<DecodeError> error_;
-};
+void write_box(ByteWriter& to, const GridBox& box) {
+  for (const std::int32_t c : box.min) to.write(c);
+  for (const std::int32_t c : box.max) to.write(c);
+}
 
 std::uint64_t parent_field(const Tree& tree, NodeId id) {
   return value_of(id) == 0 ? kNoNode : value_of(tree.parent(id));
@@ -215,36 +145,38 @@ void encode_record(const DatasetHeader& header, const Tree& tree, const NodeReco
   CAIRN_CHECK(record.block_start.size() == std::size_t{header.fanout} + 1);
   CAIRN_CHECK(record.sections.size() == section_count(header));
   const bool leaf = tree.is_leaf(record.id);
-  FieldWriter to(out);
-  to.put(value_of(record.id));
-  to.put(parent_field(tree, record.id));
-  to.put(first_child_field(tree, record.id, leaf));
-  to.put<std::uint32_t>(leaf ? 0 : header.fanout);
-  to.put<std::uint32_t>(tree.level_of(record.id));
-  to.put(record.box);
-  to.put(record.point_count);
-  to.put(record.position_bits);
-  to.zero_to(64);
-  to.put(record.position_box);
-  to.put(record.weight);
+  ByteWriter to;
+  to.write(value_of(record.id));
+  to.write(parent_field(tree, record.id));
+  to.write(first_child_field(tree, record.id, leaf));
+  to.write<std::uint32_t>(leaf ? 0 : header.fanout);
+  to.write<std::uint32_t>(tree.level_of(record.id));
+  write_box(to, record.box);
+  to.write(record.point_count);
+  to.write(record.position_bits);
+  to.pad_to(64);
+  write_box(to, record.position_box);
+  to.write(record.weight);
   for (const float f : {record.radius_min, record.radius_max, record.cover_factor, record.theta})
-    to.put(f);
-  to.put(record.rms);
-  to.put(record.bound);
-  to.put(record.grid);
-  for (const float f : record.cone.axis) to.put(f);
-  to.put(record.cone.min_cosine);
-  to.put(std::uint32_t{0});
-  to.put(record.digest.low);
-  to.put(record.digest.high);
-  for (const std::uint32_t start : record.block_start) to.put(start);
-  to.zero_to(kRecordFixedBytes + blocks_size_bytes(header));
+    to.write(f);
+  to.write(record.rms);
+  to.write(record.bound);
+  to.write(record.grid);
+  for (const float f : record.cone.axis) to.write(f);
+  to.write(record.cone.min_cosine);
+  to.write(std::uint32_t{0});
+  to.write(record.digest.low);
+  to.write(record.digest.high);
+  for (const std::uint32_t start : record.block_start) to.write(start);
+  to.pad_to(kRecordFixedBytes + blocks_size_bytes(header));
   for (const SectionRef& section : record.sections) {
-    to.put(section.offset);
-    to.put(section.size_bytes);
-    to.put(std::uint32_t{0});
-    to.put(section.checksum);
+    to.write(section.offset);
+    to.write(section.size_bytes);
+    to.write(std::uint32_t{0});
+    to.write(section.checksum);
   }
+  CAIRN_CHECK(to.size() == out.size());
+  std::ranges::copy(to.bytes(), out.begin());
 }
 
 std::optional<DecodeError> decode_record(const DatasetHeader& header, const Tree& tree, NodeId id,
@@ -253,7 +185,7 @@ std::optional<DecodeError> decode_record(const DatasetHeader& header, const Tree
   CAIRN_CHECK(bytes.size() == record_size_bytes(header));
   const bool leaf = tree.is_leaf(id);
   record.id = id;
-  FieldReader in(bytes);
+  FieldReader in(bytes, "the record");
   read_links(in, header, tree, id, leaf);
   read_points(in, header, tree, leaf, record);
   read_measures(in, record);

@@ -9,20 +9,10 @@
 #include <fmt/format.h>
 
 #include "formats/error.h"
+#include "formats/lower_case.h"
 #include "formats/meshes/mesh_builder.h"
 
 namespace cairn::formats {
-namespace {
-
-std::string suffix_of(const std::filesystem::path& path) {
-  std::string suffix = path.extension().string();
-  for (char& c : suffix)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return suffix;
-}
-
-}  // namespace
-
 void MeshBuilder::add_vertex(const Vector3& position, std::uint64_t offset) {
   for (const double value : position)
     if (!std::isfinite(value))
@@ -66,12 +56,12 @@ Mesh MeshBuilder::take() && {
 }
 
 bool is_mesh_path(const std::filesystem::path& path) {
-  return suffix_of(path) == ".ply" || suffix_of(path) == ".obj";
+  return lower_suffix(path) == ".ply" || lower_suffix(path) == ".obj";
 }
 
 Mesh read_mesh(const std::filesystem::path& path) {
-  if (suffix_of(path) == ".ply") return read_ply_mesh(path);
-  if (suffix_of(path) == ".obj") return read_obj_mesh(path);
+  if (lower_suffix(path) == ".ply") return read_ply_mesh(path);
+  if (lower_suffix(path) == ".obj") return read_obj_mesh(path);
   throw_usage(
       fmt::format("cannot read the mesh {}: its suffix is neither .ply nor .obj", path.string()));
 }

@@ -21,17 +21,13 @@ constexpr std::size_t kVersionMinor = 25;
 constexpr std::size_t kHeaderSize = 94;
 constexpr std::size_t kPointDataOffset = 96;
 constexpr std::size_t kVlrCount = 100;
-constexpr std::size_t kPointFormat = 104;
 constexpr std::size_t kRecordLength = 105;
 constexpr std::size_t kLegacyPointCount = 107;
 constexpr std::size_t kScale = 131;
 constexpr std::size_t kOffset = 155;
 constexpr std::size_t kWaveformOffset = 227;
-constexpr std::size_t kEvlrOffset = 235;
-constexpr std::size_t kEvlrCount = 243;
 constexpr std::size_t kPointCount = 247;
 
-constexpr std::uint32_t kVlrHeaderBytes = 54;
 constexpr std::uint16_t kSmallestHeader = 227;
 constexpr std::uint16_t kLargestHeader = 393;
 constexpr std::uint16_t kInternalWaveformBit = 2;
@@ -102,12 +98,12 @@ void read_sizes(const Fields& fields, std::uint64_t file_size, LasHeader& header
 
 void read_point_format(const Fields& fields, LasHeader& header) {
   // The two upper bits mark LAZ: bit 7 in all files, bit 6 in those of an early compressor.
-  const auto byte = fields.get<std::uint8_t>(kPointFormat);
+  const auto byte = fields.get<std::uint8_t>(kLasPointFormatField);
   header.compressed = (byte & 0xc0) != 0;
   header.point_format = byte & 0x3f;
   if (header.point_format > kMaxLasPointFormat)
-    fields.refuse("unknown LAS point format", kPointFormat, fmt::format("{}", header.point_format),
-                  "0 to 10");
+    fields.refuse("unknown LAS point format", kLasPointFormatField,
+                  fmt::format("{}", header.point_format), "0 to 10");
   header.record_length_bytes = fields.get<std::uint16_t>(kRecordLength);
   const std::size_t needed = las_point_size(header.point_format);
   if (header.record_length_bytes < needed)
@@ -120,7 +116,7 @@ void read_point_format(const Fields& fields, LasHeader& header) {
 void read_counts(const Fields& fields, LasHeader& header) {
   header.vlr_count = fields.get<std::uint32_t>(kVlrCount);
   const std::uint32_t vlr_room =
-      (header.point_data_offset - header.header_size_bytes) / kVlrHeaderBytes;
+      (header.point_data_offset - header.header_size_bytes) / kLasVlrHeaderBytes;
   if (header.vlr_count > vlr_room)
     fields.refuse("the number of variable length records cannot be true", kVlrCount,
                   fmt::format("{}", header.vlr_count),
@@ -131,8 +127,8 @@ void read_counts(const Fields& fields, LasHeader& header) {
       (header.global_encoding & kInternalWaveformBit) != 0)
     header.waveform_offset = fields.get<std::uint64_t>(kWaveformOffset);
   if (header.version_minor < 4) return;
-  header.evlr_offset = fields.get<std::uint64_t>(kEvlrOffset);
-  header.evlr_count = fields.get<std::uint32_t>(kEvlrCount);
+  header.evlr_offset = fields.get<std::uint64_t>(kLasEvlrOffsetField);
+  header.evlr_count = fields.get<std::uint32_t>(kLasEvlrCountField);
   const auto count = fields.get<std::uint64_t>(kPointCount);
   // The legacy count is 0 or the same number. Writers that know only the legacy field leave the
   // other 0; above 32 bits the legacy field means nothing.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "formats/random_access_file.h"
@@ -26,6 +27,13 @@ struct LasHeader {
   std::array<double, 3> scale{};          ///< finite and > 0
   std::array<double, 3> offset{};         ///< finite
 };
+
+inline constexpr std::size_t kLasVlrHeaderBytes = 54;   ///< before a variable length record
+inline constexpr std::size_t kLasEvlrHeaderBytes = 60;  ///< before an extended one
+/// Byte offsets of the header's fields that other parts of a file are held against.
+inline constexpr std::size_t kLasPointFormatField = 104;
+inline constexpr std::size_t kLasEvlrOffsetField = 235;
+inline constexpr std::size_t kLasEvlrCountField = 243;
 
 /// Bytes of the header that each minor version defines.
 std::uint16_t las_header_size(std::uint8_t version_minor);

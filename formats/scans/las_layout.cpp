@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "formats/bytes.h"
+#include "formats/constant_size.h"
 #include "formats/error.h"
 
 namespace cairn::formats {
@@ -33,36 +34,13 @@ struct Batch {
   std::size_t count;
 };
 
-template <std::size_t Size>
-void copy_out(const Batch& batch, std::size_t offset, std::byte* column) {
-  std::byte* to = column + batch.first * Size;
-  for_each_record(
-      batch.records + offset, batch.stride, batch.count,
-      [to](const std::byte* from, std::size_t i) { std::memcpy(to + i * Size, from, Size); });
-}
-
-void copy_out(const Batch& batch, const LasColumn& column, std::byte* to) {
-  switch (column.size_bytes) {
-    case 1:
-      return copy_out<1>(batch, column.offset_bytes, to);
-    case 2:
-      return copy_out<2>(batch, column.offset_bytes, to);
-    case 4:
-      return copy_out<4>(batch, column.offset_bytes, to);
-    case 6:
-      return copy_out<6>(batch, column.offset_bytes, to);
-    case 8:
-      return copy_out<8>(batch, column.offset_bytes, to);
-    case kWaveformBytes:
-      return copy_out<kWaveformBytes>(batch, column.offset_bytes, to);
-    default:
-      break;
-  }
-  to += batch.first * column.size_bytes;
-  for_each_record(batch.records + column.offset_bytes, batch.stride, batch.count,
-                  [&](const std::byte* from, std::size_t i) {
-                    std::memcpy(to + i * column.size_bytes, from, column.size_bytes);
-                  });
+void copy_out(const Batch& batch, std::size_t offset, std::size_t size_bytes, std::byte* to) {
+  with_constant_size(size_bytes, [&](auto size) {
+    std::byte* first = to + batch.first * size;
+    for_each_record(
+        batch.records + offset, batch.stride, batch.count,
+        [=](const std::byte* from, std::size_t i) { std::memcpy(first + i * size, from, size); });
+  });
 }
 
 /// Fills a byte column with a function of one byte of each record.
@@ -79,7 +57,7 @@ void decode_column(const Batch& batch, const LasColumn& column, std::byte* to) {
   const std::size_t at = column.offset_bytes;
   switch (column.coding) {
     case LasCoding::kCopy:
-      return copy_out(batch, column, to);
+      return copy_out(batch, column.offset_bytes, column.size_bytes, to);
     case LasCoding::kReturnNumber3:
       return unpack(batch, at, to, [](unsigned b) { return b & 7; });
     case LasCoding::kReturnCount3:
@@ -253,7 +231,7 @@ void decode_las_records(const LasLayout& layout, std::span<const std::byte> reco
   for (std::size_t done = 0; done < count; done += kBatch) {
     const Batch batch{records.data() + done * stride, stride, first + done,
                       std::min(kBatch, count - done)};
-    copy_out<12>(batch, 0, reinterpret_cast<std::byte*>(block.steps.data()));
+    copy_out(batch, 0, 12, reinterpret_cast<std::byte*>(block.steps.data()));
     for (const LasColumn& column : layout.columns)
       decode_column(batch, column, block.columns[column.attribute].data());
   }

@@ -13,7 +13,6 @@
 namespace cairn::formats {
 namespace {
 
-constexpr std::size_t kVlrHeaderBytes = 54;
 constexpr std::size_t kMaxVlrBytes = 65535;
 constexpr std::uint16_t kWktBit = 16;
 constexpr std::uint64_t kMaxLegacyCount = std::numeric_limits<std::uint32_t>::max();
@@ -137,7 +136,7 @@ void write_common_header(ByteWriter& out, const LasPlan& plan, const ScanInfo& d
 
 std::uint64_t LasPlan::point_data_offset() const {
   std::uint64_t offset = las_header_size(version_minor);
-  for (const VariableLengthRecord& record : vlrs) offset += kVlrHeaderBytes + record.data.size();
+  for (const VariableLengthRecord& record : vlrs) offset += kLasVlrHeaderBytes + record.data.size();
   return offset;
 }
 

@@ -13,13 +13,8 @@
 namespace cairn::formats {
 namespace {
 
-constexpr std::size_t kVlrHeaderBytes = 54;
-constexpr std::size_t kEvlrHeaderBytes = 60;
 // Above this all payloads kept together are no description of a coordinate system.
 constexpr std::uint64_t kMaxKeptBytes = std::uint64_t{16} << 20;
-
-constexpr std::size_t kEvlrOffsetField = 235;
-constexpr std::size_t kEvlrCountField = 243;
 
 /// Text of a fixed field, up to the first zero byte.
 std::string text_of(const std::byte* bytes, std::size_t size) {
@@ -41,8 +36,8 @@ class RecordWalk {
   /// Reads the record that begins here and moves behind it. False if it does not fit before the
   /// end.
   bool step() {
-    std::array<std::byte, kEvlrHeaderBytes> bytes{};
-    const std::size_t header_size = extended_ ? kEvlrHeaderBytes : kVlrHeaderBytes;
+    std::array<std::byte, kLasEvlrHeaderBytes> bytes{};
+    const std::size_t header_size = extended_ ? kLasEvlrHeaderBytes : kLasVlrHeaderBytes;
     if (header_size > end_ - next_) return false;
     file_.read_exactly(next_, std::span(bytes).first(header_size));
     const std::uint64_t size = extended_ ? load_le<std::uint64_t>(bytes.data() + 20)
@@ -105,13 +100,13 @@ void read_evlrs(const RandomAccessFile& file, const LasHeader& header, std::uint
   };
   if (header.evlr_offset < points_end)
     refuse("the extended variable length records begin before the end of the points",
-           kEvlrOffsetField, header.evlr_offset, fmt::format("at least {}", points_end));
+           kLasEvlrOffsetField, header.evlr_offset, fmt::format("at least {}", points_end));
   if (header.evlr_offset > file.size_bytes())
     refuse("the extended variable length records begin behind the end of the file",
-           kEvlrOffsetField, header.evlr_offset, fmt::format("at most {}", file.size_bytes()));
-  const std::uint64_t room = (file.size_bytes() - header.evlr_offset) / kEvlrHeaderBytes;
+           kLasEvlrOffsetField, header.evlr_offset, fmt::format("at most {}", file.size_bytes()));
+  const std::uint64_t room = (file.size_bytes() - header.evlr_offset) / kLasEvlrHeaderBytes;
   if (header.evlr_count > room)
-    refuse("the number of extended variable length records cannot be true", kEvlrCountField,
+    refuse("the number of extended variable length records cannot be true", kLasEvlrCountField,
            header.evlr_count, fmt::format("at most {}", room));
   RecordWalk walk(file, header.evlr_offset, file.size_bytes(), true, kept);
   for (std::uint32_t i = 0; i < header.evlr_count; ++i)

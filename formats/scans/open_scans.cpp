@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "formats/error.h"
+#include "formats/lower_case.h"
 #include "formats/random_access_file.h"
 #include "formats/scans/las_reader.h"
 #include "formats/scans/laz/laz_reader.h"
@@ -58,9 +59,7 @@ Readers open_one(const std::filesystem::path& path, const ScanOptions& options) 
 
 bool has_suffix(const std::filesystem::path& path,
                 std::initializer_list<std::string_view> suffixes) {
-  std::string suffix = path.extension().string();
-  for (char& c : suffix)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string suffix = lower_suffix(path);
   return std::find(suffixes.begin(), suffixes.end(), suffix) != suffixes.end();
 }
 

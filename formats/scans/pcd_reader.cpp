@@ -8,6 +8,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/lower_case.h"
 #include "formats/scans/column_values.h"
 #include "formats/scans/lzf.h"
 #include "formats/scans/resize_block.h"
@@ -19,15 +20,9 @@ constexpr std::uint64_t kStretchPoints = kStretchRows;
 // Before the compressed data: its size and that of the points, uint32 each.
 constexpr std::uint64_t kSizesBytes = 8;
 
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 /// A colour packed as 0xAARRGGBB into four bytes, whether they are called float32 or uint32.
 bool is_packed_color(const PcdField& field) {
-  const std::string name = lower(field.name);
+  const std::string name = lower_case(field.name);
   return (name == "rgb" || name == "rgba") && field.count == 1 && size_bytes(field.type) == 4;
 }
 
@@ -35,7 +30,7 @@ void append_packed_color(const PcdField& field, std::size_t offset, std::vector<
   fields.push_back({"red", ScalarType::kU8, offset + 2, 1});
   fields.push_back({"green", ScalarType::kU8, offset + 1, 1});
   fields.push_back({"blue", ScalarType::kU8, offset, 1});
-  if (lower(field.name) == "rgba") fields.push_back({"alpha", ScalarType::kU8, offset + 3, 1});
+  if (lower_case(field.name) == "rgba") fields.push_back({"alpha", ScalarType::kU8, offset + 3, 1});
 }
 
 }  // namespace

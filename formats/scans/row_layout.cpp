@@ -8,6 +8,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/lower_case.h"
 #include "formats/scalar_value.h"
 #include "formats/scans/attribute_naming.h"
 #include "formats/scans/resize_block.h"
@@ -28,13 +29,6 @@ constexpr std::size_t kReadBytes = std::size_t{128} << 10;
 // Rows are taken through all columns in batches that stay in the first-level cache.
 constexpr std::size_t kBatchBytes = std::size_t{16} << 10;
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
-}
-
 /// The fields of a row, each with a mark once it has found its place.
 class Fields {
  public:
@@ -44,7 +38,7 @@ class Fields {
   };
 
   explicit Fields(const std::vector<RowField>& fields) {
-    for (const RowField& field : fields) entries_.push_back({field, lower(field.name), false});
+    for (const RowField& field : fields) entries_.push_back({field, lower_case(field.name), false});
   }
 
   /// The entries of these names, if all three are there, single and not taken.

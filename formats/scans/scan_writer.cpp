@@ -5,15 +5,14 @@
 #include <fmt/format.h>
 
 #include "formats/error.h"
+#include "formats/lower_case.h"
 #include "formats/scans/las_writer.h"
 #include "formats/scans/ply_writer.h"
 
 namespace cairn::formats {
 
 std::optional<ScanFormat> scan_format_of(const std::filesystem::path& path) {
-  std::string suffix = path.extension().string();
-  for (char& c : suffix)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string suffix = lower_suffix(path);
   if (suffix == ".las") return ScanFormat::kLas;
   if (suffix == ".ply") return ScanFormat::kPly;
   return std::nullopt;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "formats/error.h"
+#include "formats/lower_case.h"
 #include "formats/scans/parse_number.h"
 
 namespace cairn::formats {
@@ -53,13 +54,6 @@ bool is_row(const Fields& fields, const std::vector<std::string>& given) {
   for (std::size_t i = 0; i < std::min(fields.size(), given.size()); ++i)
     if (is_axis(meaning_of_column(given[i])) && !is_number(fields[i])) return false;
   return true;
-}
-
-std::string suffix_of(const std::filesystem::path& path) {
-  std::string suffix = path.extension().string();
-  for (char& c : suffix)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return suffix;
 }
 
 /// Keeps account of the rows that the counts of a file promise.
@@ -136,7 +130,7 @@ bool begins_with_rows(std::string_view beginning) {
 }
 
 TextReader::TextReader(const std::filesystem::path& path, const ScanOptions& options)
-    : file_(path), is_pts_(suffix_of(path) == ".pts") {
+    : file_(path), is_pts_(lower_suffix(path) == ".pts") {
   info_.path = path;
   info_.encoding = PositionEncoding::kFloat64;
   LineReader lines(file_, text_start(file_));

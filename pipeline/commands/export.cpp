@@ -9,7 +9,7 @@
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "formats/scans/scan_writer.h"
-#include "pipeline/commands/command.h"
+#include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/human.h"
@@ -31,13 +31,9 @@ constexpr const char* kFooter =
     "  cairn export site.cairn -o site.las\n"
     "  cairn export site.cairn -o overview.ply --level 0";
 
-class ExportCommand : public Command {
+class ExportCommand : public DatasetCommand {
  public:
-  explicit ExportCommand(CLI::App& program) : parser_(*program.add_subcommand("export", kAbout)) {
-    parser_.footer(kFooter);
-    parser_.add_option("dataset", dataset_, "the dataset, a folder")
-        ->option_text("NAME.cairn")
-        ->required();
+  explicit ExportCommand(CLI::App& program) : DatasetCommand(program, "export", kAbout, kFooter) {
     parser_.add_option("-o,--output", output_, "the scan to write, .las or .ply")
         ->option_text("FILE")
         ->required();
@@ -46,8 +42,6 @@ class ExportCommand : public Command {
     parser_.add_flag("--force", force_, "replace an existing file once the new one is complete");
     add_progress_flag(parser_, progress_);
   }
-
-  CLI::App& parser() override { return parser_; }
 
   int run(const std::stop_token& stop) override {
     const std::filesystem::path output = output_;
@@ -95,8 +89,6 @@ class ExportCommand : public Command {
     return points;
   }
 
-  CLI::App& parser_;
-  std::string dataset_;
   std::string output_;
   std::string level_ = "leaves";
   bool force_ = false;

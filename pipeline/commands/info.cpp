@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "formats/dataset/dataset_reader.h"
-#include "pipeline/commands/command.h"
+#include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/run_record.h"
@@ -21,17 +21,11 @@ constexpr const char* kFooter =
     "  cairn info site.cairn\n"
     "  cairn info site.cairn --json";
 
-class InfoCommand : public Command {
+class InfoCommand : public DatasetCommand {
  public:
-  explicit InfoCommand(CLI::App& program) : parser_(*program.add_subcommand("info", kAbout)) {
-    parser_.footer(kFooter);
-    parser_.add_option("dataset", dataset_, "the dataset, a folder")
-        ->option_text("NAME.cairn")
-        ->required();
+  explicit InfoCommand(CLI::App& program) : DatasetCommand(program, "info", kAbout, kFooter) {
     parser_.add_flag("--json", json_, "as one JSON object");
   }
-
-  CLI::App& parser() override { return parser_; }
 
   int run(const std::stop_token&) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
@@ -46,8 +40,6 @@ class InfoCommand : public Command {
   }
 
  private:
-  CLI::App& parser_;
-  std::string dataset_;
   bool json_ = false;
 };
 

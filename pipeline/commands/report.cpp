@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "formats/dataset/dataset_reader.h"
-#include "pipeline/commands/command.h"
+#include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/quality_report.h"
 #include "pipeline/run_record.h"
@@ -20,17 +20,11 @@ constexpr const char* kFooter =
     "  cairn report site.cairn --json > site.json\n"
     "  scripts/plot_report.py site.json -o site.png";
 
-class ReportCommand : public Command {
+class ReportCommand : public DatasetCommand {
  public:
-  explicit ReportCommand(CLI::App& program) : parser_(*program.add_subcommand("report", kAbout)) {
-    parser_.footer(kFooter);
-    parser_.add_option("dataset", dataset_, "the dataset, a folder")
-        ->option_text("NAME.cairn")
-        ->required();
+  explicit ReportCommand(CLI::App& program) : DatasetCommand(program, "report", kAbout, kFooter) {
     parser_.add_flag("--json", json_, "as one JSON object");
   }
-
-  CLI::App& parser() override { return parser_; }
 
   int run(const std::stop_token&) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
@@ -41,8 +35,6 @@ class ReportCommand : public Command {
   }
 
  private:
-  CLI::App& parser_;
-  std::string dataset_;
   bool json_ = false;
 };
 

@@ -54,9 +54,11 @@ class SimulateCommand : public Command {
     parser_.add_option("--threads", options_.threads, "workers [one a processor]")
         ->option_text("COUNT")
         ->check(CLI::Range(1U, 1024U));
-    parser_.add_option("--progress", progress_, "auto, bar, plain, json or none [auto]")
+    parser_
+        .add_option("--progress", progress_, std::string(kProgressModeChoices.data()) + " [auto]")
         ->option_text("MODE")
-        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+        ->check(CLI::IsMember(
+            std::vector<std::string>(kProgressModeNames.begin(), kProgressModeNames.end())));
   }
 
   CLI::App& parser() override { return parser_; }

@@ -8,7 +8,7 @@
 #include "formats/dataset/digest.h"
 #include "formats/error.h"
 #include "pipeline/campaign.h"
-#include "pipeline/commands/command.h"
+#include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/memory_budget.h"
@@ -33,13 +33,9 @@ constexpr const char* kFooter =
     "  cairn verify site.cairn --against scan1.las scan2.ply\n"
     "  cairn verify site.cairn --against site.toml";
 
-class VerifyCommand : public Command {
+class VerifyCommand : public DatasetCommand {
  public:
-  explicit VerifyCommand(CLI::App& program) : parser_(*program.add_subcommand("verify", kAbout)) {
-    parser_.footer(kFooter);
-    parser_.add_option("dataset", dataset_, "the dataset, a folder")
-        ->option_text("NAME.cairn")
-        ->required();
+  explicit VerifyCommand(CLI::App& program) : DatasetCommand(program, "verify", kAbout, kFooter) {
     parser_
         .add_option("--against", against_,
                     "the scans that it was built from, or the configuration file that names them")
@@ -53,8 +49,6 @@ class VerifyCommand : public Command {
         ->check(CLI::Range(1U, 1024U));
     add_progress_flag(parser_, progress_);
   }
-
-  CLI::App& parser() override { return parser_; }
 
   int run(const std::stop_token& stop) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
@@ -100,8 +94,6 @@ class VerifyCommand : public Command {
     };
   }
 
-  CLI::App& parser_;
-  std::string dataset_;
   std::vector<std::string> against_;
   std::vector<Flag> flags_;
   bool json_ = false;

@@ -1,10 +1,9 @@
 #include "stages/cluster/cluster.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
-#include "formats/dataset/quantize.h"
+#include "formats/dataset/node_frame.h"
 #include "formats/error.h"
 #include "stages/cluster/aggregate.h"
 #include "stages/cluster/leaf_loader.h"
@@ -13,38 +12,12 @@
 
 namespace cairn::stages {
 
-using formats::DatasetHeader;
 using formats::IndexRange;
 using formats::Level;
 using formats::NodeId;
 using formats::Tree;
 
 namespace {
-
-/// What quantisation will do to a node's points, as far as clustering must know it.
-struct Decoded {
-  std::vector<float> radius;
-  double displacement;  ///< world units: no position moves farther
-};
-
-Decoded foresee_quantisation(const DatasetHeader& header, const WorkingNode& node, bool leaf) {
-  formats::GridBox box;
-  for (const formats::GridPoint& p : node.data.position) box.add(p);
-  const formats::PositionQuantizer quantizer(
-      box, leaf && header.lossless_leaves ? 32 : header.position_bits);
-  double squared = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double moved = header.grid.step[axis] * quantizer.max_error_steps(axis);
-    squared += moved * moved;
-  }
-  Decoded decoded{node.data.radius, std::sqrt(squared) * (1 + 1e-12)};
-  if (leaf && header.lossless_leaves && header.radius_origin == formats::RadiusOrigin::kInput)
-    return decoded;
-  const auto [low, high] = std::minmax_element(decoded.radius.begin(), decoded.radius.end());
-  const formats::RadiusQuantizer radii(*low, *high);
-  for (float& radius : decoded.radius) radius = radii.decode(radii.encode(radius));
-  return decoded;
-}
 
 template <typename T>
 void append(std::vector<T>& to, const std::vector<T>& from) {
@@ -100,9 +73,10 @@ class TreeClusterer {
     Reduction reduction = in_.reducer.reduce(
         {id, in_.header.grid, node.data.position, node.data.weight, node.normal, curve}, quota);
     if (leaf) group_by_representative(node, curve, reduction);
-    const Decoded decoded = foresee_quantisation(in_.header, node, leaf);
+    const auto frame = formats::NodeFrame::fit(in_.header, leaf, node.data);
+    const std::vector<float> decoded_radius = frame.quantized_radii(node.data.radius);
     WorkingNode share = aggregate({node, reduction, quota, in_.header.grid, in_.header.schema,
-                                   decoded.radius, decoded.displacement});
+                                   decoded_radius, frame.displacement_bound(in_.header.grid)});
     share.box = node.box;
     share.weight = node.weight;
     share.digest = node.digest;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "formats/bytes.h"
+#include "formats/constant_size.h"
 #include "formats/dataset/digest.h"
 #include "formats/error.h"
 #include "formats/scalar_value.h"
@@ -14,32 +15,13 @@ using formats::Normal;
 
 namespace {
 
-template <std::size_t kSize>
-void gather_fixed(const std::byte* from, std::size_t stride, std::size_t count, std::byte* to) {
-  for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * kSize, from + i * stride, kSize);
-}
-
 /// Copies `size` bytes from every record into a dense column.
 void gather(const std::byte* from, std::size_t stride, std::size_t count, std::size_t size,
             std::byte* to) {
-  switch (size) {
-    case 1:
-      return gather_fixed<1>(from, stride, count, to);
-    case 2:
-      return gather_fixed<2>(from, stride, count, to);
-    case 3:
-      return gather_fixed<3>(from, stride, count, to);
-    case 4:
-      return gather_fixed<4>(from, stride, count, to);
-    case 6:
-      return gather_fixed<6>(from, stride, count, to);
-    case 8:
-      return gather_fixed<8>(from, stride, count, to);
-    case 12:
-      return gather_fixed<12>(from, stride, count, to);
-    default:
-      for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * size, from + i * stride, size);
-  }
+  formats::with_constant_size(size, [&](auto constant) {
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(to + i * constant, from + i * stride, constant);
+  });
 }
 
 Normal unit_normal(double x, double y, double z) {
@@ -116,8 +98,12 @@ void reorder_leaf(WorkingNode& leaf, const formats::Schema& schema,
   for (std::size_t a = 0; a < schema.size(); ++a) {
     const std::size_t size = schema[a].size_bytes();
     std::vector<std::byte> moved(leaf.data.attributes[a].size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-      std::memcpy(moved.data() + i * size, leaf.data.attributes[a].data() + order[i] * size, size);
+    const std::byte* from = leaf.data.attributes[a].data();
+    std::byte* to = moved.data();
+    formats::with_constant_size(size, [&](auto constant) {
+      for (std::size_t i = 0; i < order.size(); ++i)
+        std::memcpy(to + i * constant, from + order[i] * constant, constant);
+    });
     leaf.data.attributes[a] = std::move(moved);
   }
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "formats/bytes.h"
+#include "formats/constant_size.h"
 #include "formats/error.h"
 #include "formats/limits.h"
 #include "formats/scalar_value.h"
@@ -52,15 +53,6 @@ ScalarType common_type(ScalarType a, ScalarType b) {
       return ScalarType::kI64;
     default:
       return ScalarType::kF64;
-  }
-}
-
-template <std::size_t kSize>
-void copy_strided(const std::byte* source, std::span<const std::uint32_t> kept, std::byte* out,
-                  std::size_t stride) {
-  for (const std::uint32_t i : kept) {
-    std::memcpy(out, source + kSize * i, kSize);
-    out += stride;
   }
 }
 
@@ -190,28 +182,13 @@ void RecordConverter::copy_column(const Column& column, const formats::PointBloc
   std::byte* target = out + column.offset;
   const std::size_t size = column.from.size_bytes();
   if (column.from.type == column.to.type) {
-    switch (size) {
-      case 1:
-        return copy_strided<1>(source, kept, target, layout_.stride);
-      case 2:
-        return copy_strided<2>(source, kept, target, layout_.stride);
-      case 3:
-        return copy_strided<3>(source, kept, target, layout_.stride);
-      case 4:
-        return copy_strided<4>(source, kept, target, layout_.stride);
-      case 6:
-        return copy_strided<6>(source, kept, target, layout_.stride);
-      case 8:
-        return copy_strided<8>(source, kept, target, layout_.stride);
-      case 12:
-        return copy_strided<12>(source, kept, target, layout_.stride);
-      default:
-        break;
-    }
-    for (const std::uint32_t i : kept) {
-      std::memcpy(target, source + size * i, size);
-      target += layout_.stride;
-    }
+    formats::with_constant_size(size, [&](auto constant) {
+      std::byte* to = target;
+      for (const std::uint32_t i : kept) {
+        std::memcpy(to, source + constant * i, constant);
+        to += layout_.stride;
+      }
+    });
     return;
   }
   const std::size_t from_size = formats::size_bytes(column.from.type),

@@ -9,6 +9,7 @@
 #include "tests/support/las_bytes.h"
 #include "tests/support/manifest.h"
 #include "tests/support/scan_points.h"
+#include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace cairn::formats {
@@ -118,8 +119,8 @@ TEST(PlyWriter, RefusesMorePropertiesThanTheReaderTakes) {
 }
 
 TEST(PlyWriter, EveryRealPlyComesBackAsTheSamePoints) {
+  CAIRN_NEEDS_SHARED_DATA();
   const auto entries = test::read_manifest(kShared / "MANIFEST.tsv");
-  if (entries.empty()) GTEST_SKIP() << "no shared scans";
   const test::TemporaryFolder folder;
   for (const auto& entry : entries) {
     if (!entry.path.ends_with(".ply") || entry.is_hostile()) continue;
@@ -134,8 +135,8 @@ TEST(PlyWriter, EveryRealPlyComesBackAsTheSamePoints) {
 }
 
 TEST(PlyWriter, LasAttributesKeepTheirNamesAndMeaning) {
+  CAIRN_NEEDS_SHARED_DATA();
   const auto path = kShared / "las/1.2-with-color.las";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
   const test::TemporaryFolder folder;
   copy_scan(path, folder / "out.ply");
   const auto before = test::read_points(path);

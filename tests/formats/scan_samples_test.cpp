@@ -15,16 +15,18 @@
 #include "formats/scans/laz/worker.h"
 #include "tests/support/manifest.h"
 #include "tests/support/scan_points.h"
+#include "tests/support/shared_data.h"
 
 namespace cairn::formats {
 namespace {
 
 const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 
-std::vector<test::ManifestEntry> entries_ending(const std::string& suffix, bool hostile) {
+std::vector<test::ManifestEntry> readable_ending(const std::string& suffix) {
   std::vector<test::ManifestEntry> chosen;
   for (const test::ManifestEntry& entry : test::read_manifest(kShared / "MANIFEST.tsv"))
-    if (entry.path.ends_with(suffix) && entry.is_hostile() == hostile) chosen.push_back(entry);
+    if (entry.path.ends_with(suffix) && !entry.is_hostile()) chosen.push_back(entry);
+  EXPECT_FALSE(chosen.empty()) << suffix;
   return chosen;
 }
 
@@ -51,8 +53,8 @@ void expect_as_in_manifest(const test::ManifestEntry& entry) {
 }
 
 TEST(ScanSamples, LasCountsAndBoxesAreTheManifests) {
-  const auto entries = entries_ending(".las", false);
-  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto entries = readable_ending(".las");
   for (const auto& entry : entries) expect_as_in_manifest(entry);
 }
 
@@ -69,8 +71,8 @@ const std::map<std::string, std::string>& refused_laz() {
 }
 
 void expect_laz_as_in_manifest(bool campaigns) {
-  const auto entries = entries_ending(".laz", false);
-  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto entries = readable_ending(".laz");
   const auto workers = LazWorkers::shared();  // used for all files
   for (const auto& entry : entries)
     if (entry.path.starts_with("campaign") == campaigns && !refused_laz().contains(entry.path))
@@ -84,7 +86,7 @@ TEST(LongScanSamples, LazCountsAndBoxesOfCampaignsAreTheManifests) {
 }
 
 TEST(ScanSamples, LazThatIsNotReadIsRefusedByName) {
-  if (!std::filesystem::exists(kShared / "MANIFEST.tsv")) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
   for (const auto& [name, words] : refused_laz()) {
     SCOPED_TRACE(name);
     try {
@@ -99,8 +101,8 @@ TEST(ScanSamples, LazThatIsNotReadIsRefusedByName) {
 }
 
 TEST(ScanSamples, PlyCountsAndBoxesAreTheManifests) {
-  const auto entries = entries_ending(".ply", false);
-  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto entries = readable_ending(".ply");
   for (const auto& entry : entries) {
     // It has x and y alone; the manifest's third column is another property.
     if (entry.path == "ply/sized_dims.ply") continue;
@@ -126,23 +128,19 @@ void expect_text_as_in_manifest(const test::ManifestEntry& entry) {
 }
 
 TEST(ScanSamples, TextCountsAndBoxesAreTheManifests) {
-  std::size_t checked = 0;
+  CAIRN_NEEDS_SHARED_DATA();
   for (const char* suffix : {".xyz", ".pts", ".ptx"})
-    for (const auto& entry : entries_ending(suffix, false)) {
-      expect_text_as_in_manifest(entry);
-      ++checked;
-    }
-  if (checked == 0) GTEST_SKIP() << "no shared scans";
+    for (const auto& entry : readable_ending(suffix)) expect_text_as_in_manifest(entry);
 }
 
 TEST(ScanSamples, PcdCountsAndBoxesAreTheManifests) {
-  const auto entries = entries_ending(".pcd", false);
-  if (entries.empty()) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
+  const auto entries = readable_ending(".pcd");
   for (const auto& entry : entries) expect_as_in_manifest(entry);
 }
 
 TEST(ScanSamples, AGridThatTheFileHasNoLinesForIsRefused) {
-  if (!std::filesystem::exists(kShared / "text/ripple.ptx")) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
   EXPECT_THROW(test::open_scan(kShared / "text/ripple.ptx"), Error);
   const auto kept = test::open_scan(kShared / "text/ripple.ptx", {.allow_truncated = true});
   EXPECT_EQ(kept->info().claimed_points, 4444U * 10014U);
@@ -199,7 +197,7 @@ const std::map<std::string, Outcome>& hostile_outcomes() {
 }
 
 TEST(ScanSamples, HostileFilesAreReadOrRefusedAsListed) {
-  if (!std::filesystem::exists(kShared / "MANIFEST.tsv")) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
   const auto workers = LazWorkers::shared();
   for (const auto& [name, outcome] : hostile_outcomes()) {
     SCOPED_TRACE(name);
@@ -224,21 +222,22 @@ bool is_read(const test::ManifestEntry& entry) {
 }
 
 TEST(ScanSamples, NoHostileFileOfAFormatThatIsReadIsLeftOutOfTheTable) {
+  CAIRN_NEEDS_SHARED_DATA();
   for (const auto& entry : test::read_manifest(kShared / "MANIFEST.tsv"))
     if (is_read(entry) && entry.is_hostile())
       EXPECT_TRUE(hostile_outcomes().contains(entry.path)) << entry.path;
 }
 
 TEST(ScanSamples, NothingOfAnotherFormatIsOpened) {
+  CAIRN_NEEDS_SHARED_DATA();
   const auto entries = test::read_manifest(kShared / "MANIFEST.tsv");
-  if (entries.empty()) GTEST_SKIP() << "no shared scans";
   for (const auto& entry : entries)
     if (!is_read(entry))
       EXPECT_THROW(test::open_scan(kShared / entry.path, {}), Error) << entry.path;
 }
 
 TEST(ScanSamples, TheSamePointsInLasAndPlyHaveTheSamePositions) {
-  if (!std::filesystem::exists(kShared / "text/ripple.las")) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
   const auto las = test::read_points(kShared / "text/ripple.las");
   const auto ply = test::read_points(kShared / "ply/ripple_bin.ply");
   const auto text = test::read_points(kShared / "ply/ripple_ascii.ply");
@@ -265,7 +264,7 @@ void expect_same_points(const test::ScanPoints& las, const test::ScanPoints& tex
 }
 
 TEST(ScanSamples, TheSamePointsInLasAndTextsAreTheSame) {
-  if (!std::filesystem::exists(kShared / "text/ripple.las")) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
   const auto ripple = test::read_points(kShared / "text/ripple.las");
   // Four decimals; colours shifted by eight bits.
   expect_same_points(ripple, test::read_points(kShared / "text/ripple.pts"), 0.6e-4, 256);
@@ -277,7 +276,7 @@ TEST(ScanSamples, TheSamePointsInLasAndTextsAreTheSame) {
 }
 
 TEST(ScanSamples, ColumnsOfSamplesAreRecognised) {
-  if (!std::filesystem::exists(kShared / "text/autzen.pts")) GTEST_SKIP() << "no shared scans";
+  CAIRN_NEEDS_SHARED_DATA();
   using Names = std::vector<std::string>;
   const auto names = [](const char* path) { return test::read_points(kShared / path).names(); };
   EXPECT_EQ(names("text/autzen.pts"), (Names{"color", "intensity"}));
@@ -290,8 +289,8 @@ TEST(ScanSamples, ColumnsOfSamplesAreRecognised) {
 }
 
 TEST(ScanSamples, CoordinateSystemIsKeptFromVlrs) {
+  CAIRN_NEEDS_SHARED_DATA();
   const auto path = kShared / "las/file_with_both_wkt_and_geotiff_vlrs.las";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
   const auto reader = test::open_scan(path, {});
   const auto& crs = reader->info().crs;
   ASSERT_EQ(crs.size(), 4u);
@@ -307,8 +306,8 @@ TEST(ScanSamples, CoordinateSystemIsKeptFromVlrs) {
 }
 
 TEST(ScanSamples, ExtraBytesHaveTheirDocumentedTypes) {
+  CAIRN_NEEDS_SHARED_DATA();
   const auto path = kShared / "las/extrabytes.las";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared scans";
   const Schema schema = test::open_scan(path, {})->info().schema;
   const auto expect = [&](const char* name, ScalarType type, int components) {
     const auto index = find_attribute(schema, name);

@@ -11,15 +11,14 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/scans/las_header.h"
 #include "formats/scans/las_layout.h"
 
 namespace cairn::formats {
 namespace {
 
-constexpr std::size_t kVlrHeaderBytes = 54;
 constexpr std::string_view kUserId = "laszip encoded";
 constexpr std::uint16_t kRecordId = 22204;
-constexpr std::size_t kPointFormatField = 104;
 
 // Offsets in the record.
 constexpr std::size_t kCompressor = 0;
@@ -95,10 +94,10 @@ class Record {
 Record find_record(const RandomAccessFile& file, const LasHeader& header) {
   std::uint64_t next = header.header_size_bytes;
   const std::uint64_t end = header.point_data_offset;
-  for (std::uint32_t i = 0; i < header.vlr_count && end - next >= kVlrHeaderBytes; ++i) {
-    std::array<std::byte, kVlrHeaderBytes> head{};
+  for (std::uint32_t i = 0; i < header.vlr_count && end - next >= kLasVlrHeaderBytes; ++i) {
+    std::array<std::byte, kLasVlrHeaderBytes> head{};
     file.read_exactly(next, head);
-    next += kVlrHeaderBytes;
+    next += kLasVlrHeaderBytes;
     const auto size = load_le<std::uint16_t>(head.data() + 20);
     if (size > end - next) break;
     const char* user_id = reinterpret_cast<const char*>(head.data() + 2);
@@ -181,7 +180,7 @@ void refuse_waveforms(const RandomAccessFile& file, const LasHeader& header) {
   if (las_field_offsets(header.point_format).waveform == 0) return;
   throw_input({.what = "LAZ with waveforms is not read",
                .path = file.path(),
-               .offset = kPointFormatField,
+               .offset = kLasPointFormatField,
                .found = fmt::format("point format {}", header.point_format),
                .expected = "point format 0 to 3 or 6 to 8"});
 }
