@@ -80,57 +80,6 @@ std::vector<std::array<double, 3>> read_ascii_ply(const fs::path& path, std::uin
   return positions;
 }
 
-TEST_F(RoundTrip, EveryLasComesBackAsItWas) {
-  CAIRN_NEEDS_SHARED_DATA();
-  const auto counts = manifest_counts();
-  const auto scans = files_in(CAIRN_SHARED_DATA "/las", ".las");
-  ASSERT_FALSE(scans.empty());
-  for (const fs::path& scan : scans) {
-    SCOPED_TRACE(scan.filename().string());
-    const Json told = build_and_verify({scan}, {"--preset", "archive"});
-    ASSERT_TRUE(told.is_object());
-    EXPECT_EQ(told.at("points").get<std::uint64_t>(), counts.at("las/" + scan.filename().string()));
-    const std::string back = folder_ / (scan.stem().string() + "_back.las");
-    const Outcome exported = cairn({"export", "--progress", "none", output(), "-o", back});
-    ASSERT_EQ(exported.exit_code, 0) << exported.err;
-    LasFile expected = read_las(scan);
-    LasFile found = read_las(back);
-    ASSERT_EQ(found.scale, expected.scale);
-    rebase(found, expected.offset);
-    std::sort(expected.points.begin(), expected.points.end());
-    std::sort(found.points.begin(), found.points.end());
-    EXPECT_TRUE(found.points == expected.points);
-    fs::remove_all(output());
-  }
-}
-
-TEST_F(RoundTrip, LazComesBackAsItsLasSibling) {
-  CAIRN_NEEDS_SHARED_DATA();
-  for (const auto& [laz, las] : {std::pair{"laz/autzen_trim.laz", "las/autzen_trim.las"},
-                                 {"laz/pdrf8-1.4.laz", "las/pdrf8-1.4.las"}}) {
-    SCOPED_TRACE(laz);
-    const fs::path shared = CAIRN_SHARED_DATA;
-    const Json told = build_and_verify({shared / laz}, {"--preset", "archive"});
-    ASSERT_TRUE(told.is_object());
-    // Both hold the same points.
-    const Outcome verified =
-        cairn({"verify", "--progress", "none", output(), "--against", shared / las});
-    EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
-    const std::string back = folder_ / "back.las";
-    const Outcome exported = cairn({"export", "--progress", "none", output(), "-o", back});
-    ASSERT_EQ(exported.exit_code, 0) << exported.err;
-    LasFile expected = read_las(shared / las);
-    LasFile found = read_las(back);
-    ASSERT_EQ(found.scale, expected.scale);
-    rebase(found, expected.offset);
-    std::sort(expected.points.begin(), expected.points.end());
-    std::sort(found.points.begin(), found.points.end());
-    EXPECT_TRUE(found.points == expected.points);
-    fs::remove_all(output());
-    fs::remove(back);
-  }
-}
-
 TEST_F(RoundTrip, ThreadsChangeNoByteOfALazCampaign) {
   CAIRN_NEEDS_SHARED_DATA();
   const auto built_with = [&](const char* threads) {

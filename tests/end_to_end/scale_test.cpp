@@ -136,5 +136,28 @@ TEST_F(LongScale, TwentyEightMillionPointsAreUniformAndVerified) {
   EXPECT_EQ(verified.exit_code, 0) << verified.out;
 }
 
+TEST_F(LongScale, TheCorridorIsTheSameScansAndTheSameBytesEveryTimeWithinTheLimit) {
+  const auto simulate = [&](const std::string& folder, const char* threads) {
+    const Outcome made =
+        cairn({"simulate", CAIRN_SOURCE "/configs/scenes/corridor.toml", "-o", folder, "--points",
+               "20000000", "--progress", "none", "--threads", threads});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  };
+  const std::filesystem::path scans = folder_ / "corridor", again = folder_ / "again/corridor";
+  std::filesystem::create_directory(again.parent_path());
+  simulate(scans, "1");
+  simulate(again, "7");
+  std::size_t files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(scans)) {
+    EXPECT_TRUE(read_text(file.path()) == read_text(again / file.path().filename())) << file;
+    ++files;
+  }
+  EXPECT_EQ(files, 80U + 2U);  // stations, poses.tsv and campaign.toml
+  std::filesystem::remove_all(again);
+  expect_same_bytes({scans / "campaign.toml"}, "65536",
+                    {{"1", "256MiB"}, {"2", "256MiB"}, {"7", "256MiB"}, {"2", "4GiB"}});
+  EXPECT_NEAR(info()["points"].get<double>(), 20e6, 1e6);
+}
+
 }  // namespace
 }  // namespace cairn::test
