@@ -34,13 +34,6 @@ std::string_view name_in(const Table& table, Value value) {
   return "unknown";
 }
 
-template <typename Value, typename Table>
-std::optional<Value> value_in(const Table& table, std::string_view wanted) {
-  for (const auto& [entry, name] : table)
-    if (name == wanted) return entry;
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::size_t size_bytes(ScalarType type) {
@@ -65,12 +58,6 @@ std::size_t size_bytes(ScalarType type) {
 
 std::string_view name_of(ScalarType type) { return name_in(kScalarNames, type); }
 std::string_view name_of(ReduceRule rule) { return name_in(kRuleNames, rule); }
-std::optional<ScalarType> scalar_type_named(std::string_view name) {
-  return value_in<ScalarType>(kScalarNames, name);
-}
-std::optional<ReduceRule> reduce_rule_named(std::string_view name) {
-  return value_in<ReduceRule>(kRuleNames, name);
-}
 
 std::optional<std::size_t> find_attribute(const Schema& schema, std::string_view name) {
   for (std::size_t i = 0; i < schema.size(); ++i)

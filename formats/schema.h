@@ -28,7 +28,6 @@ enum class ScalarType : std::uint8_t {
 std::size_t size_bytes(ScalarType type);
 /// "uint8", "float32", ...: the names used in metadata.json and in messages.
 std::string_view name_of(ScalarType type);
-std::optional<ScalarType> scalar_type_named(std::string_view name);
 
 /// How a representative's value follows from the points that it stands for.
 enum class ReduceRule : std::uint8_t {
@@ -39,7 +38,6 @@ enum class ReduceRule : std::uint8_t {
   kCoverRadius,  ///< grows with the points that it stands for; see stages/cluster/splat_radius.h
 };
 std::string_view name_of(ReduceRule rule);
-std::optional<ReduceRule> reduce_rule_named(std::string_view name);
 
 struct Attribute {
   std::string name;  ///< lower_snake_case; the names that have a meaning are listed below

@@ -15,14 +15,6 @@ namespace {
 
 static_assert(kRiceBlock == kLaneBlock);
 
-constexpr std::array<std::pair<Filter, std::string_view>, 5> kFilterNames{{
-    {Filter::kPlain, "plain"},
-    {Filter::kConstant, "constant"},
-    {Filter::kRuns, "runs"},
-    {Filter::kPlanes, "planes"},
-    {Filter::kRice, "rice"},
-}};
-
 /// Room for a plan and the heads of a few blocks. A column split into digits has three times its size as planes.
 constexpr std::size_t kSizeSlack = 16;
 /// Points on which plans are tried.
@@ -262,16 +254,9 @@ std::optional<DecodeError> undo_rice(std::span<const std::byte> filtered, const 
 
 }  // namespace
 
-std::string_view name_of(Filter filter) {
-  for (const auto& [value, name] : kFilterNames)
-    if (value == filter) return name;
-  return "unknown";
-}
-
 std::optional<Filter> filter_of(std::uint8_t wanted) {
-  for (const auto& [value, name] : kFilterNames)
-    if (static_cast<std::uint8_t>(value) == wanted) return value;
-  return std::nullopt;
+  if (wanted > static_cast<std::uint8_t>(Filter::kRice)) return std::nullopt;
+  return static_cast<Filter>(wanted);
 }
 
 std::size_t filtered_size_limit(const ColumnShape& shape) {

@@ -31,7 +31,6 @@ enum class Filter : std::uint8_t {
 };
 // A plan (lanes.h) is its flags, u8, followed if kFactor is set by the factor as a scalar of the column.
 
-std::string_view name_of(Filter filter);
 std::optional<Filter> filter_of(std::uint8_t value);
 
 /// No filter's output is larger than this; a filter that would exceed it does not apply to the column.

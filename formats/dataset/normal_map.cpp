@@ -148,15 +148,4 @@ std::uint16_t encode_normal(const Normal& n) {
 
 const Normal& decode_normal(std::uint16_t code) { return table()[code]; }
 
-void encode_normals(std::span<const Normal> normals, std::span<std::uint16_t> codes) {
-  CAIRN_CHECK(normals.size() == codes.size());
-  for (std::size_t i = 0; i < normals.size(); ++i) codes[i] = encode_normal(normals[i]);
-}
-
-void decode_normals(std::span<const std::uint16_t> codes, std::span<Normal> normals) {
-  CAIRN_CHECK(normals.size() == codes.size());
-  const std::vector<Normal>& all = table();
-  for (std::size_t i = 0; i < codes.size(); ++i) normals[i] = all[codes[i]];
-}
-
 }  // namespace cairn::formats

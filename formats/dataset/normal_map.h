@@ -35,8 +35,4 @@ std::uint16_t encode_normal(const Normal& n);
 /// and for the codes that stand for nothing.
 const Normal& decode_normal(std::uint16_t code);
 
-/// The same for many. Sizes equal.
-void encode_normals(std::span<const Normal> normals, std::span<std::uint16_t> codes);
-void decode_normals(std::span<const std::uint16_t> codes, std::span<Normal> normals);
-
 }  // namespace cairn::formats

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/dataset/node_section.h"
-#include "formats/dataset/normal_map.h"
+#include "formats/dataset/normal_column.h"
 #include "formats/dataset/quantize.h"
 #include "tests/support/columns.h"
 
@@ -32,23 +32,25 @@ Bytes positions() {
   return cairn::tests::bytes_of(codes);
 }
 
-std::vector<Normal> smooth_normals() {
+/// As a column of float32 x 3.
+Bytes smooth_normals() {
   std::mt19937 random(2);
   std::normal_distribution<float> noise(0, 0.006f);
-  std::vector<Normal> normals(kPoints);
+  std::vector<float> normals;
+  normals.reserve(3 * kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
     const float t = static_cast<float>(i) * 2e-4f;
-    normals[i] = {std::cos(t) + noise(random), std::sin(1.7f * t) + noise(random),
-                  0.8f + noise(random)};
+    for (const float c : {std::cos(t), std::sin(1.7f * t), 0.8f})
+      normals.push_back(c + noise(random));
   }
-  return normals;
+  return cairn::tests::bytes_of(normals);
 }
 
-Bytes normals() {
-  std::vector<std::uint16_t> codes(kPoints);
-  encode_normals(smooth_normals(), codes);
-  return cairn::tests::bytes_of(codes);
+std::vector<std::uint16_t> normal_codes() {
+  return encode_normal_column(smooth_normals(), ScalarType::kF32);
 }
+
+Bytes normals() { return cairn::tests::bytes_of(normal_codes()); }
 
 /// Local density, the same over about 16 points.
 Bytes radii() {
@@ -190,23 +192,16 @@ BENCHMARK_CAPTURE(BM_QuantisePositions, decode, true)->Arg(60'000)->Arg(9'000'00
 
 void BM_EncodeNormals(benchmark::State& state) {
   const auto input = smooth_normals();
-  std::vector<std::uint16_t> codes(kPoints);
-  for (auto _ : state) {
-    encode_normals(input, codes);
-    benchmark::DoNotOptimize(codes.data());
-  }
+  for (auto _ : state)
+    benchmark::DoNotOptimize(encode_normal_column(input, ScalarType::kF32).data());
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kPoints));
 }
 BENCHMARK(BM_EncodeNormals);
 
 void BM_DecodeNormals(benchmark::State& state) {
-  std::vector<std::uint16_t> codes(kPoints);
-  encode_normals(smooth_normals(), codes);
-  std::vector<Normal> output(kPoints);
-  for (auto _ : state) {
-    decode_normals(codes, output);
-    benchmark::DoNotOptimize(output.data());
-  }
+  const auto codes = normal_codes();
+  for (auto _ : state)
+    benchmark::DoNotOptimize(decode_normal_column(codes, ScalarType::kF32).data());
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kPoints));
 }
 BENCHMARK(BM_DecodeNormals);

@@ -22,15 +22,6 @@ using test::get_at;
 
 const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 
-/// Copies a scan through a writer, block by block.
-void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const auto reader = test::open_scan(from, {});
-  const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points, true);
-  for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
-    reader->read(stretch, [&](const PointBlock& block) { writer->write(block); });
-  writer->finish();
-}
-
 /// A scan of two points made in the test.
 struct MadeScan {
   ScanInfo info;
@@ -76,7 +67,7 @@ TEST_F(LasWriter, EveryRealScanComesBackAsTheSamePoints) {
     if (!entry.path.ends_with(".las") || entry.is_hostile()) continue;
     SCOPED_TRACE(entry.path);
     const auto out = folder_ / "out.las";
-    copy_scan(kShared / entry.path, out);
+    test::copy_scan(kShared / entry.path, out);
     const auto before = test::read_points(kShared / entry.path);
     const auto after = test::read_points(out);
     EXPECT_EQ(after.info.scale, before.info.scale);

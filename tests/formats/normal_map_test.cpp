@@ -110,19 +110,5 @@ TEST(NormalMap, NoDirectionHasACodeOfItsOwn) {
     EXPECT_EQ(decode_normal(static_cast<std::uint16_t>(code)), (Normal{0, 0, 0}));
 }
 
-TEST(NormalMap, SpansGiveWhatSinglesGive) {
-  std::mt19937_64 random(5);
-  std::vector<Normal> normals(100);
-  for (Normal& n : normals) n = random_normal(random);
-  std::vector<std::uint16_t> codes(100);
-  encode_normals(normals, codes);
-  std::vector<Normal> back(100);
-  decode_normals(codes, back);
-  for (std::size_t i = 0; i < 100; ++i) {
-    EXPECT_EQ(codes[i], encode_normal(normals[i]));
-    EXPECT_EQ(back[i], decode_normal(codes[i]));
-  }
-}
-
 }  // namespace
 }  // namespace cairn::formats

@@ -19,14 +19,6 @@ using test::get_at;
 
 const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 
-void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const auto reader = test::open_scan(from, {});
-  const auto writer = create_scan_writer(to, reader->info(), reader->info().present_points, true);
-  for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
-    reader->read(stretch, [&](const PointBlock& block) { writer->write(block); });
-  writer->finish();
-}
-
 template <typename T>
 void add(ScanInfo& info, PointBlock& block, std::string name, ScalarType type,
          const std::vector<T>& values) {
@@ -126,7 +118,7 @@ TEST(PlyWriter, EveryRealPlyComesBackAsTheSamePoints) {
     if (!entry.path.ends_with(".ply") || entry.is_hostile()) continue;
     if (entry.path == "ply/sized_dims.ply") continue;  // has no z
     SCOPED_TRACE(entry.path);
-    copy_scan(kShared / entry.path, folder / "out.ply");
+    test::copy_scan(kShared / entry.path, folder / "out.ply");
     const auto before = test::read_points(kShared / entry.path);
     const auto after = test::read_points(folder / "out.ply");
     EXPECT_EQ(after.info.schema, before.info.schema);
@@ -138,7 +130,7 @@ TEST(PlyWriter, LasAttributesKeepTheirNamesAndMeaning) {
   CAIRN_NEEDS_SHARED_DATA();
   const auto path = kShared / "las/1.2-with-color.las";
   const test::TemporaryFolder folder;
-  copy_scan(path, folder / "out.ply");
+  test::copy_scan(path, folder / "out.ply");
   const auto before = test::read_points(path);
   const auto after = test::read_points(folder / "out.ply");
   for (const Attribute& attribute : before.info.schema) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "formats/scans/scan_writer.h"
+
 namespace cairn::test {
 namespace {
 
@@ -88,6 +90,15 @@ ScanPoints read_points(const formats::ScanReader& reader) {
 
 ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options) {
   return read_points(*open_scan(path, options));
+}
+
+void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to) {
+  const auto reader = open_scan(from, {});
+  const auto writer =
+      formats::create_scan_writer(to, reader->info(), reader->info().present_points, true);
+  for (std::size_t stretch = 0; stretch < reader->stretch_count(); ++stretch)
+    reader->read(stretch, [&](const formats::PointBlock& block) { writer->write(block); });
+  writer->finish();
 }
 
 }  // namespace cairn::test

@@ -49,4 +49,7 @@ ScanPoints read_points(const formats::ScanReader& reader);
 /// As above, the one scan of a file.
 ScanPoints read_points(const std::filesystem::path& path, const formats::ScanOptions& options = {});
 
+/// Copies a scan through a writer, block by block.
+void copy_scan(const std::filesystem::path& from, const std::filesystem::path& to);
+
 }  // namespace cairn::test
