@@ -33,7 +33,8 @@ class LineReader {
   explicit LineReader(const RandomAccessFile& file, std::uint64_t offset = 0,
                       std::uint64_t number = 1);
 
-  /// Moves to the next line that is neither blank nor a comment; false at the end of the file.
+  /// Moves to the next line that is neither blank nor a comment; false at the end of the file. Throws kInput for a
+  /// "\r" between the characters of a line.
   bool next();
   /// As above, but stops at comments too.
   bool next_or_comment();

@@ -64,6 +64,15 @@ TEST_F(TextReader, TakesBlanksTabsCommasAndSemicolonsWithEitherLineEnd) {
   }
 }
 
+// Else all rows but the first would be taken for further values of it, or for a comment.
+TEST_F(TextReader, RefusesLinesThatEndWithACarriageReturnAlone) {
+  for (const char* text : {"1 2 3\r4 5 6\r7 8 9\r", "1 2 3\r4 5 6", "# x y z\r1 2 3\r",
+                           "x,y,z\r1,2,3\r", "1 2 3\n4 5 6\r7 8 9\n"})
+    EXPECT_THAT(refusal("a.xyz", text), HasSubstr("a carriage return amid a line"));
+  EXPECT_THAT(refusal("a.ptx", "1\r1\r0 0 0\r"), HasSubstr("a carriage return amid a line"));
+  EXPECT_EQ(read("1 2 3\r\r\n4 5 6\r\r\n").points.count, 2U);
+}
+
 TEST_F(TextReader, PassesOverComments) {
   const auto scan = read("# of the site\n// by hand\n1 2 3\n  # between\n4 5 6\n#end\n");
   ASSERT_EQ(scan.points.count, 2U);
