@@ -97,6 +97,17 @@ TEST_F(ImportTest, ScalesThatAreNearlyEqualAreNotTakenForOne) {
 TEST_F(ImportTest, LasIntegersMaySpanAllOfInt32) {
   Scans scans;
   scans.push_back(test::steps_scan({}, {steps_block({{INT32_MIN, 0, 0}, {INT32_MAX, 0, 0}})}));
+TEST_F(ImportTest, ScansWithoutAPointHaveNoSayInTheGrid) {
+  Scans scans;
+  scans.push_back(test::world_scan(PositionEncoding::kFloat64, {}, {world_block({})}));
+  scans.push_back(test::steps_scan({}, {steps_block({})}, {0.007, 0.007, 0.007}));
+  scans.push_back(
+      test::steps_scan({}, {steps_block({{1, 2, 3}, {100, 5, 6}})}, {0.01, 0.01, 0.01}));
+  const ImportedPoints points = import_scans(scans, {}, context());
+  EXPECT_EQ(points.grid.step, (std::array<double, 3>{0.01, 0.01, 0.01}));
+  EXPECT_TRUE(points.maps[2].exact());
+}
+
   const ImportedPoints points = import_scans(scans, {}, context());
   EXPECT_EQ(points.box.min[0], INT32_MIN);
   EXPECT_EQ(points.box.max[0], INT32_MAX);
