@@ -142,6 +142,7 @@ TextReader::TextReader(const std::filesystem::path& path, const ScanOptions& opt
   LineReader lines(file_, text_start(file_));
   const Head head = read_head(lines, options);
   rows_.counts_between = head.count.has_value();
+  info_.guesses_color_width = true;
   const std::size_t columns = count_columns(lines, head, options);
   std::vector<std::string> names = names_of(head, columns, lines, options);
   RowPass pass = count_rows(lines, head, uses_of(names, columns), options);
