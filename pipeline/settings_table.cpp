@@ -179,7 +179,7 @@ bool set_columns(BuildSettings& s, const Values& v) {
     std::istringstream names(part);
     for (std::string name; names >> name;) s.options.campaign.columns.push_back(name);
   }
-  return formats::name_a_position(s.options.campaign.columns);
+  return formats::find_position(s.options.campaign.columns).has_value();
 }
 
 bool set_memory(BuildSettings& s, const Values& v) {

@@ -64,6 +64,11 @@ std::size_t count_fields(std::string_view line, Separator separator) {
   return count;
 }
 
+bool ends_with_empty_field(std::string_view line, Separator separator) {
+  return separator != Separator::kBlanks &&
+         trimmed(line).ends_with(separator == Separator::kCommas ? ',' : ';');
+}
+
 bool is_comment(std::string_view line) {
   line = trimmed(line);
   return line.starts_with('#') || line.starts_with("//");
