@@ -55,8 +55,6 @@ struct ScanOptions {
   std::optional<Pose> pose = {};  ///< instead of what the file tells
   /// Names for the columns of a text (XYZ, TXT, CSV, PTS) instead of what it tells; "_" leaves one out. Empty: none.
   std::vector<std::string> columns = {};
-  /// Memory that one call of `ScanReader::read` may hold beside its blocks; 0: no limit.
-  std::uint64_t read_memory_bytes = 0;
 };
 
 /// Called with consecutive blocks of a stretch. May throw to stop reading.
