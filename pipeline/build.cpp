@@ -94,17 +94,6 @@ void require_disk(const Workspace& workspace, const BuildOptions& options,
   workspace.require_free(arrays + packed, packed);
 }
 
-constexpr std::uint64_t kProgramBytes = std::uint64_t{16} << 20;
-
-/// A reader that needs more memory than there is, such as the worker process of LAZ, is refused before it starts.
-void require_reading_memory(const stages::Scans& scans, std::uint64_t memory_bytes) {
-  for (const auto& scan : scans)
-    if (const std::uint64_t needed = scan->read_bytes() + kProgramBytes; needed > memory_bytes)
-      formats::throw_usage(fmt::format(
-          "reading {} ({}) needs {} of memory, of which {} may be used", scan->info().name(),
-          scan->info().format, human_bytes(needed), human_bytes(memory_bytes)));
-}
-
 /// A node that does not fit the memory is refused before its points are sorted into it.
 void require_memory(const Tree& tree, std::size_t stride, std::uint64_t memory_bytes) {
   const std::uint64_t needed = stages::cluster_worker_bytes(tree, stride) + kProgramBytes;
@@ -236,7 +225,6 @@ class Build {
     CampaignOptions campaign = options_.campaign;
     campaign.memory_bytes = context_.memory_bytes;
     stages::Scans scans = open_campaign(campaign);
-    require_reading_memory(scans, context_.memory_bytes);
     const stages::ImportOptions import = import_options(options_, scans);
     const stages::CampaignSize size = stages::campaign_size(scans, import);
     require_room_for_estimates(options_, size.schema);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -119,6 +120,14 @@ void fill_standard_streams() {
   ::close(descriptor);
 }
 
+/// Every scan of a campaign is held open until it has been read: as many as the system allows, not as it proposes.
+void allow_many_files() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv) {
@@ -128,6 +137,7 @@ int run_program(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   try {
     fill_standard_streams();
+    allow_many_files();
     return parse_and_run(argc, argv);
   } catch (...) {
     return report_failure();

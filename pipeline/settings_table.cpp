@@ -165,7 +165,7 @@ bool set_columns(BuildSettings& s, const Values& v) {
     std::istringstream names(part);
     for (std::string name; names >> name;) s.options.campaign.columns.push_back(name);
   }
-  return formats::name_a_position(s.options.campaign.columns);
+  return formats::find_position(s.options.campaign.columns).has_value();
 }
 
 bool set_memory(BuildSettings& s, const Values& v) {
@@ -211,7 +211,7 @@ constexpr auto kSettings = std::to_array<Setting>({
      /*in_folder=*/true},
     {"poses_tell", kText, kInOut, "WHAT", "placement or sensors", "placement",
      "whether poses place the scans, or only tell where the sensors stood", set_poses_tell},
-    {"crs", kText, kInOut, "CRS", "EPSG:number or WKT", "the scans' own",
+    {"crs", kText, kInOut, "CRS", "EPSG:number (projected or geographic) or WKT", "the scans' own",
      "coordinate reference system, instead of what the scans tell", set_crs},
     {"keep", kTexts, kInOut, "NAME", "names of attributes, such as color or gps_time", "all",
      "attribute to keep, all others are left out; may be repeated", set_names<&BuildOptions::keep>},

@@ -62,6 +62,12 @@ bool ColumnValues::add_other(std::string_view field, double& value) {
     add_whole(whole);
     return true;
   }
+  std::uint64_t large = 0;
+  if (parse_number(field, ScalarType::kU64, reinterpret_cast<std::byte*>(&large))) {
+    value = static_cast<double>(large);
+    add_whole(large);
+    return true;
+  }
   if (!parse_number(field, ScalarType::kF64, reinterpret_cast<std::byte*>(&value))) return false;
   if (std::fabs(value) < kExactWhole && value == std::trunc(value)) {
     add_whole(static_cast<std::int64_t>(value));
@@ -72,7 +78,7 @@ bool ColumnValues::add_other(std::string_view field, double& value) {
   return true;
 }
 
-void ColumnValues::add_whole(std::int64_t value) {
+void ColumnValues::add_whole(Int128 value) {
   least_ = any_whole_ ? std::min(least_, value) : value;
   most_ = any_whole_ ? std::max(most_, value) : value;
   any_whole_ = true;
@@ -86,13 +92,13 @@ void ColumnValues::add(const ColumnValues& other) {
   add_whole(other.most_);
 }
 
-bool ColumnValues::are_whole_in(std::int64_t least, std::int64_t most) const {
+bool ColumnValues::are_whole_in(Int128 least, Int128 most) const {
   return whole_ && (!any_whole_ || (least_ >= least && most_ <= most));
 }
 
 ScalarType ColumnValues::narrowest_type() const {
   using enum ScalarType;
-  for (const ScalarType type : {kU8, kI8, kU16, kI16, kU32, kI32, kI64})
+  for (const ScalarType type : {kU8, kI8, kU16, kI16, kU32, kI32, kI64, kU64})
     if (fit(type)) return type;
   return few_digits_ && (!any_whole_ || (least_ >= -kFloatWhole && most_ <= kFloatWhole)) ? kF32
                                                                                           : kF64;
@@ -102,9 +108,6 @@ bool ColumnValues::fit(ScalarType type) const {
   return with_scalar_type(type, [&]<typename T>(T) {
     if constexpr (std::is_floating_point_v<T>)
       return true;
-    else if constexpr (sizeof(T) == sizeof(std::int64_t))
-      return are_whole_in(std::is_signed_v<T> ? std::numeric_limits<std::int64_t>::min() : 0,
-                          std::numeric_limits<std::int64_t>::max());
     else
       return are_whole_in(std::numeric_limits<T>::min(), std::numeric_limits<T>::max());
   });

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "formats/schema.h"
+#include "formats/wide_int.h"
 
 namespace cairn::formats {
 
@@ -18,9 +19,10 @@ class ColumnValues {
   void add(const ColumnValues& other);
 
   /// Whether every value is whole, also when written like "117.0", and lies in this range.
-  bool are_whole_in(std::int64_t least, std::int64_t most) const;
+  bool are_whole_in(Int128 least, Int128 most) const;
 
-  /// The narrowest integer type that holds every value, unsigned if none is negative. Else float32 if no value
+  /// The narrowest integer type that holds every value, unsigned if none is negative; of 64 bits, signed if that
+  /// does. Else float32 if no value
   /// has more than the six significant digits that it always gives back, else float64.
   ScalarType narrowest_type() const;
 
@@ -29,12 +31,12 @@ class ColumnValues {
 
  private:
   bool add_other(std::string_view field, double& value);
-  void add_whole(std::int64_t value);
+  void add_whole(Int128 value);
 
   bool whole_ = true;
   bool few_digits_ = true;  ///< of those that are not whole
-  std::int64_t least_ = 0;
-  std::int64_t most_ = 0;
+  Int128 least_ = 0;        ///< of an int64 or a uint64, as is the other
+  Int128 most_ = 0;
   bool any_whole_ = false;
 };
 

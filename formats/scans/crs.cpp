@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "formats/bytes.h"
+#include "formats/scans/epsg_kind.h"
 
 namespace cairn::formats {
 namespace {
@@ -21,9 +22,7 @@ VariableLengthRecord record(std::uint16_t id, std::vector<std::byte> data) {
       .user_id = "LASF_Projection", .record_id = id, .description = "", .data = std::move(data)};
 }
 
-/// EPSG keeps codes 4000 to 4999 for geographic (and geocentric) systems.
-VariableLengthRecord geo_keys(std::uint16_t code) {
-  const bool geographic = code >= 4000 && code < 5000;
+VariableLengthRecord geo_keys(std::uint16_t code, bool geographic) {
   const std::array<std::uint16_t, 12> keys{1,
                                            1,
                                            1,
@@ -57,9 +56,10 @@ std::optional<std::vector<VariableLengthRecord>> crs_records(std::string_view te
     std::uint16_t code = 0;
     const char* end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data() + kEpsg.size(), end, code);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || code < 1024 || code > 32766)
-      return std::nullopt;
-    return std::vector{geo_keys(code)};
+    if (parsed.ec != std::errc{} || parsed.ptr != end) return std::nullopt;
+    const auto kind = epsg_kind(code);
+    if (!kind) return std::nullopt;
+    return std::vector{geo_keys(code, *kind == EpsgKind::kGeographic2d)};
   }
   if (!begins_wkt(text)) return std::nullopt;
   std::vector<std::byte> data(text.size() + 1);

@@ -9,8 +9,9 @@
 
 namespace cairn::formats {
 
-/// The records that tell a CRS: of "EPSG:n" (n from 1024 to 32766) GeoTIFF keys that name the code, of WKT (a text
-/// that begins like `PROJCS[`, `COMPD_CS[`, ...) the OGC record. Nothing if the text is neither.
+/// The records that tell a CRS: of "EPSG:n" GeoTIFF keys that name the code, which must be one that is known as
+/// projected or geographic of two dimensions, since the keys differ; of WKT (a text that begins like `PROJCS[`,
+/// `COMPD_CS[`, ...) the OGC record. Nothing if the text is neither.
 std::optional<std::vector<VariableLengthRecord>> crs_records(std::string_view text);
 
 }  // namespace cairn::formats

@@ -33,6 +33,15 @@ void append_packed_color(const PcdField& field, std::size_t offset, std::vector<
   if (lower_case(field.name) == "rgba") fields.push_back({"alpha", ScalarType::kU8, offset + 3, 1});
 }
 
+/// Whether zeros that fill a page of memory, as some writers leave them behind the points, begin at `offset`.
+bool is_padding(const RandomAccessFile& file, std::uint64_t offset) {
+  constexpr std::size_t kPageBytes = 4096;
+  std::vector<std::byte> bytes(kPageBytes);
+  bytes.resize(file.read_at_most(offset, bytes));
+  return bytes.size() < kPageBytes &&
+         std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0}; });
+}
+
 }  // namespace
 
 PcdReader::PcdReader(const std::filesystem::path& path, const ScanOptions& options)
@@ -78,9 +87,16 @@ void PcdReader::lay_out() {
 /// How many of the points claimed the file holds.
 std::uint64_t PcdReader::count_points(const ScanOptions& options) {
   if (header_.encoding == PcdEncoding::kAscii) return count_ascii(options);
-  if (header_.encoding == PcdEncoding::kCompressed) return count_compressed(options);
-  const std::uint64_t left = file_.size_bytes() - header_.data_offset;
-  return std::min(header_.points, left / layout_.row_size_bytes);
+  if (header_.encoding == PcdEncoding::kCompressed) return count_compressed();
+  const std::uint64_t rows = (file_.size_bytes() - header_.data_offset) / layout_.row_size_bytes;
+  if (rows > header_.points &&
+      !is_padding(file_, header_.data_offset + header_.points * layout_.row_size_bytes))
+    throw_input({.what = "the file holds more points than its header tells",
+                 .path = file_.path(),
+                 .offset = header_.data_offset,
+                 .found = fmt::format("room for {}", rows),
+                 .expected = fmt::format("{}", header_.points)});
+  return std::min(rows, header_.points);
 }
 
 std::uint64_t PcdReader::count_ascii(const ScanOptions& options) {
@@ -102,7 +118,7 @@ std::uint64_t PcdReader::count_ascii(const ScanOptions& options) {
   return rows;
 }
 
-std::uint64_t PcdReader::count_compressed(const ScanOptions& options) {
+std::uint64_t PcdReader::count_compressed() {
   const std::uint64_t left = file_.size_bytes() - header_.data_offset;
   if (left < kSizesBytes) return 0;
   std::array<std::byte, kSizesBytes> sizes{};
@@ -124,9 +140,6 @@ std::uint64_t PcdReader::count_compressed(const ScanOptions& options) {
   if (unpacked_bytes_ > std::uint64_t{packed_bytes_} * kMostLzfExpansion)
     refuse("the compressed points claim a size that they cannot have", unpacked_bytes_,
            fmt::format("at most {} for each of {} bytes", kMostLzfExpansion, packed_bytes_));
-  if (options.read_memory_bytes != 0 && read_bytes() > options.read_memory_bytes)
-    refuse("the compressed points need more memory than is allowed for them", read_bytes(),
-           fmt::format("at most {}", options.read_memory_bytes));
   return header_.points;
 }
 

@@ -19,9 +19,9 @@ class PcdReader : public ScanReader {
   /// Opens and checks the file; passes once over the points of an ascii one. A packed `rgb` or `rgba` becomes
   /// `color`, the fourth byte of `rgba` `alpha`. The viewpoint tells the sensor's position and moves no point: PCL
   /// writes points that lie in the world already, and its own readers hand it out beside them. Throws kInput for a
-  /// damaged header, for one without x, y and z, for sizes of compressed data that cannot be or need more than
-  /// `options.read_memory_bytes`, and for fewer points than the header claims unless `options.allow_truncated`
-  /// (compressed points are kept all or none).
+  /// damaged header, for one without x, y and z, for sizes of compressed data that cannot be, for more binary points
+  /// than the header claims, and for fewer points unless `options.allow_truncated` (compressed points are kept all
+  /// or none).
   PcdReader(const std::filesystem::path& path, const ScanOptions& options);
 
   std::size_t stretch_count() const override;
@@ -33,7 +33,7 @@ class PcdReader : public ScanReader {
   void lay_out();
   std::uint64_t count_points(const ScanOptions& options);
   std::uint64_t count_ascii(const ScanOptions& options);
-  std::uint64_t count_compressed(const ScanOptions& options);
+  std::uint64_t count_compressed();
   void read_ascii(const TextStretch& stretch, const BlockSink& sink) const;
   void read_compressed(const BlockSink& sink) const;
   void parse_row(const LineReader& lines, std::byte* row) const;

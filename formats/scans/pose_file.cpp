@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -10,6 +11,7 @@
 #include "formats/error.h"
 #include "formats/random_access_file.h"
 #include "formats/scans/parse_number.h"
+#include "formats/scans/text_lines.h"
 
 namespace cairn::formats {
 namespace {
@@ -49,7 +51,8 @@ std::vector<std::string> numbers_in(std::string_view text) {
 /// Reads the lines of a pose file into entries, knowing for messages where it is.
 class Lines {
  public:
-  explicit Lines(const std::filesystem::path& path) : file_(path), reader_(file_) {}
+  explicit Lines(const std::filesystem::path& path)
+      : file_(path), reader_(file_, text_start(file_)) {}
 
   /// The words of the next line that has any and is no comment; false at the end.
   bool next(Words& words) {
@@ -68,6 +71,13 @@ class Lines {
     if (!parse_number(word, ScalarType::kF64, reinterpret_cast<std::byte*>(&value)))
       refuse(std::string(word), "a number");
     return value;
+  }
+
+  /// The name of a scan, which no line before may have told.
+  std::string scan(std::string_view word) {
+    const auto [name, is_new] = scans_.emplace(word);
+    if (!is_new) refuse(fmt::format("a second pose of {}", word), "one of each scan");
+    return *name;
   }
 
   Pose pose(const Vector3& t, const std::array<double, 4>& wxyz) const {
@@ -89,19 +99,20 @@ class Lines {
  private:
   RandomAccessFile file_;
   BufferedReader reader_;
+  std::set<std::string> scans_;
   std::uint64_t offset_ = 0;
   std::uint64_t number_ = 0;
 };
 
 /// The transposed rotation is measured, not documented: so turned, the bunny's scans meet its mesh.
-PoseFile::Entry stanford_entry(const Words& words, const Lines& lines) {
+PoseFile::Entry stanford_entry(const Words& words, Lines& lines) {
   if (words.size() != 9)
     lines.refuse(fmt::format("{} words", words.size()), "bmesh FILE tx ty tz qx qy qz qw");
   std::array<double, 7> n{};
   for (std::size_t i = 0; i < 7; ++i) n[i] = lines.number(words[i + 2]);
   Pose pose = lines.pose({n[0], n[1], n[2]}, {n[6], n[3], n[4], n[5]});
   pose.linear = transposed(pose.linear);
-  return {std::string(words[1]), pose, false};
+  return {lines.scan(words[1]), pose, false};
 }
 
 std::vector<PoseFile::Entry> read_stanford(Lines& lines, Words words) {
@@ -134,7 +145,7 @@ std::vector<PoseFile::Entry> read_table(Lines& lines, const Words& header) {
     std::array<double, 7> n{};
     for (std::size_t i = 0; i < 7; ++i) n[i] = lines.number(words[at[i]]);
     entries.push_back(
-        {std::string(words[scan]), lines.pose({n[0], n[1], n[2]}, {n[3], n[4], n[5], n[6]}), true});
+        {lines.scan(words[scan]), lines.pose({n[0], n[1], n[2]}, {n[3], n[4], n[5], n[6]}), true});
   }
   return entries;
 }
@@ -156,20 +167,17 @@ PoseFile::PoseFile(const std::filesystem::path& path) : path_(path) {
 
 const PoseFile::Entry& PoseFile::find(const std::filesystem::path& scan) const {
   const std::string file = scan.filename().string(), stem = scan.stem().string();
-  const std::vector<std::string> numbers = numbers_in(stem);
-  std::vector<const Entry*> by_number;
-  for (const auto& wanted : {file, stem})
+  std::vector<std::string> names{file, stem};
+  // Of several numbers, one may be the scan's and the others a date: nobody can tell.
+  if (auto numbers = numbers_in(stem); numbers.size() == 1)
+    names.push_back(std::move(numbers.front()));
+  for (const std::string& name : names)
     for (const Entry& entry : entries_)
-      if (entry.scan == wanted) return entry;
-  for (const Entry& entry : entries_)
-    if (std::find(numbers.begin(), numbers.end(), entry.scan) != numbers.end())
-      by_number.push_back(&entry);
-  if (by_number.size() != 1)
-    throw_input({.what = fmt::format("{} for the scan {}",
-                                     by_number.empty() ? "no pose" : "several poses", file),
-                 .path = path_,
-                 .expected = "one entry that names the scan's file, its stem or its number"});
-  return *by_number.front();
+      if (entry.scan == name) return entry;
+  throw_input(
+      {.what = fmt::format("no pose for the scan {}", file),
+       .path = path_,
+       .expected = "an entry that names the scan's file, its stem or the only number in it"});
 }
 
 }  // namespace cairn::formats

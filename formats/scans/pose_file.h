@@ -18,7 +18,8 @@ namespace cairn::formats {
 ///   the transpose of the usual one and which tells no sensor; other lines are passed over.
 class PoseFile {
  public:
-  /// Throws kSystem if the file cannot be read, kInput, naming the line, where it is neither form.
+  /// Throws kSystem if the file cannot be read, kInput, naming the line, where it is neither form or tells a
+  /// second pose of one scan.
   explicit PoseFile(const std::filesystem::path& path);
 
   struct Entry {
@@ -27,8 +28,8 @@ class PoseFile {
     bool tells_sensor = false;
   };
 
-  /// The entry of a scan: the one that names its file, its stem, or the only number in its stem that any entry
-  /// names ("12" for scan12_world.laz). Throws kInput, naming scan and pose file, if there is none or several.
+  /// The entry of a scan: the one that names its file, its stem, or the number in its stem if that is the only one
+  /// ("12" for scan12_world.laz). Throws kInput, naming scan and pose file, if there is none.
   const Entry& find(const std::filesystem::path& scan) const;
 
  private:

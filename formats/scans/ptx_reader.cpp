@@ -140,6 +140,7 @@ class PtxScan final : public ScanReader {
     info_.path = file_->path();
     info_.format = fmt::format("PTX of {} x {} cells", section.columns, section.rows);
     info_.encoding = PositionEncoding::kFloat64;
+    info_.guesses_color_width = true;
     info_.claimed_points = section.cells;
     info_.present_points = section.present;
     info_.pose = section.pose;

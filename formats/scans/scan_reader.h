@@ -34,6 +34,8 @@ struct ScanInfo {
   std::array<double, 3> scale{1, 1, 1};   ///< kSteps only; finite and > 0
   std::array<double, 3> offset{0, 0, 0};  ///< kSteps only; finite
   Schema schema;
+  /// Whether the values alone tell how wide the colours are, as in texts: those of 8 bits may be dark ones of 16.
+  bool guesses_color_width = false;
   std::uint64_t claimed_points = 0;  ///< what the header says
   std::uint64_t present_points = 0;  ///< records that the file has room for, at most claimed_points
   std::vector<VariableLengthRecord> crs;
@@ -53,8 +55,6 @@ struct ScanOptions {
   std::optional<Pose> pose = {};  ///< instead of what the file tells
   /// Names for the columns of a text (XYZ, TXT, CSV, PTS) instead of what it tells; "_" leaves one out. Empty: none.
   std::vector<std::string> columns = {};
-  /// Memory that one call of `ScanReader::read` may hold beside its blocks; 0: no limit.
-  std::uint64_t read_memory_bytes = 0;
 };
 
 /// Called with consecutive blocks of a stretch. May throw to stop reading.

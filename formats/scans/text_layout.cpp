@@ -74,6 +74,18 @@ ScalarType type_of(std::string_view meaning, const ColumnValues& values) {
   return values.narrowest_type();
 }
 
+/// The role of a column of this name, in many spellings ("Easting", "X[m]", "R", "scalar_Intensity", "NormalX"):
+/// "x", "red", "nx", "intensity", ...; any other name sanitised.
+std::string meaning_of_column(std::string_view name) {
+  if (name == kLeftOutColumn) return std::string(name);
+  std::string plain = sanitised_name(name);
+  constexpr std::string_view kScalar = "scalar_";
+  if (plain.starts_with(kScalar) && plain.size() > kScalar.size()) plain.erase(0, kScalar.size());
+  for (const Spelling& spelling : kSpellings)
+    if (plain == spelling.name) return std::string(spelling.meaning);
+  return plain;
+}
+
 /// Finds columns by meaning and hands each out once.
 class Columns {
  public:
@@ -121,18 +133,8 @@ bool are_whole(const TextColumns& columns, const Triple& triple, std::int64_t mo
 
 }  // namespace
 
-std::string meaning_of_column(std::string_view name) {
-  if (name == kLeftOutColumn) return std::string(name);
-  std::string plain = sanitised_name(name);
-  constexpr std::string_view kScalar = "scalar_";
-  if (plain.starts_with(kScalar) && plain.size() > kScalar.size()) plain.erase(0, kScalar.size());
-  for (const Spelling& spelling : kSpellings)
-    if (plain == spelling.name) return std::string(spelling.meaning);
-  return plain;
-}
-
-bool name_a_position(const std::vector<std::string>& names) {
-  return Columns(names).find(kPosition).has_value();
+std::optional<std::array<std::size_t, 3>> find_position(const std::vector<std::string>& names) {
+  return Columns(names).find(kPosition);
 }
 
 std::vector<std::string> recognise_columns(const TextColumns& columns, bool intensity_first) {
@@ -180,7 +182,10 @@ std::optional<TextLayout> make_text_layout(const std::vector<std::string>& names
     if (!columns.is_free(i)) continue;
     const ScalarType type = type_of(columns.meaning(i), values.values[i]);
     layout.columns[i] = {TextLayout::Role::kAttribute, 0, schema.size(), type};
-    append_attribute(schema, columns.meaning(i), type);
+    // A second height is no z.
+    const std::string& meaning = columns.meaning(i);
+    const bool is_axis = std::find(kPosition.begin(), kPosition.end(), meaning) != kPosition.end();
+    append_attribute(schema, is_axis ? names[i] : meaning, type);
   }
   return layout;
 }

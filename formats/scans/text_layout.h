@@ -1,6 +1,7 @@
 // Which columns of a text become the position and which become attributes.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,12 +27,8 @@ struct TextLayout {
 /// The name of a column that is left out.
 inline constexpr std::string_view kLeftOutColumn = "_";
 
-/// The role of a column of this name, in many spellings ("Easting", "X[m]", "R", "scalar_Intensity", "NormalX"):
-/// "x", "red", "nx", "intensity", ...; any other name sanitised.
-std::string meaning_of_column(std::string_view name);
-
-/// Whether these names tell a position.
-bool name_a_position(const std::vector<std::string>& names);
+/// The columns of these names that are the position: for each axis the first. Nothing if one is missing.
+std::optional<std::array<std::size_t, 3>> find_position(const std::vector<std::string>& names);
 
 /// What a pass over all rows has found out about them.
 struct TextColumns {

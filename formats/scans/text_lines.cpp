@@ -64,6 +64,11 @@ std::size_t count_fields(std::string_view line, Separator separator) {
   return count;
 }
 
+bool ends_with_empty_field(std::string_view line, Separator separator) {
+  return separator != Separator::kBlanks &&
+         trimmed(line).ends_with(separator == Separator::kCommas ? ',' : ';');
+}
+
 bool is_comment(std::string_view line) {
   line = trimmed(line);
   return line.starts_with('#') || line.starts_with("//");
@@ -83,6 +88,10 @@ bool LineReader::next_or_comment() {
     offset_ = reader_.position();
     number_ = next_number_++;
     if (!reader_.read_line(line_)) return false;
+    // A text whose lines end with "\r" alone would be a single one, and lose all rows but the first.
+    if (line_.find('\r') != std::string_view::npos &&
+        trimmed(line_).find('\r') != std::string_view::npos)
+      refuse("a carriage return amid a line", line_, "lines that end with \\n or \\r\\n");
   } while (line_.empty() || (is_blank(line_.front()) && trimmed(line_).empty()));
   return true;
 }

@@ -22,6 +22,9 @@ bool next_field(std::string_view& line, Separator separator, std::string_view& f
 bool has_one_field(std::string_view line, Separator separator);
 std::size_t count_fields(std::string_view line, Separator separator);
 
+/// Whether a comma or semicolon ends the line: nothing, or a last field that is empty.
+bool ends_with_empty_field(std::string_view line, Separator separator);
+
 /// A comment without its mark and the blanks around it. `line` is a comment if it begins with a mark.
 bool is_comment(std::string_view line);
 std::string_view comment_text(std::string_view line);
@@ -33,7 +36,8 @@ class LineReader {
   explicit LineReader(const RandomAccessFile& file, std::uint64_t offset = 0,
                       std::uint64_t number = 1);
 
-  /// Moves to the next line that is neither blank nor a comment; false at the end of the file.
+  /// Moves to the next line that is neither blank nor a comment; false at the end of the file. Throws kInput for a
+  /// "\r" between the characters of a line.
   bool next();
   /// As above, but stops at comments too.
   bool next_or_comment();

@@ -44,16 +44,21 @@ std::vector<std::string> names_in(const Fields& fields) {
   return names;
 }
 
-bool is_axis(std::string_view meaning) {
-  return meaning == "x" || meaning == "y" || meaning == "z";
-}
-
 /// Whether a line is a row: all its fields, or of columns that are named those of the position, are numbers.
 bool is_row(const Fields& fields, const std::vector<std::string>& given) {
   if (given.empty()) return std::all_of(fields.begin(), fields.end(), is_number);
-  for (std::size_t i = 0; i < std::min(fields.size(), given.size()); ++i)
-    if (is_axis(meaning_of_column(given[i])) && !is_number(fields[i])) return false;
-  return true;
+  const auto position = find_position(given);
+  return !position || std::all_of(position->begin(), position->end(), [&](std::size_t column) {
+    return column >= fields.size() || is_number(fields[column]);
+  });
+}
+
+/// Throws kInput if the fields are those of a row, but for an empty one.
+void refuse_empty_field(const Fields& fields, const LineReader& lines) {
+  const auto empty = std::find(fields.begin(), fields.end(), std::string_view{});
+  const auto is_empty_or_number = [](std::string_view f) { return f.empty() || is_number(f); };
+  if (empty != fields.end() && std::all_of(fields.begin(), fields.end(), is_empty_or_number))
+    refuse_value(lines, static_cast<std::size_t>(empty - fields.begin()), *empty);
 }
 
 /// Keeps account of the rows that the counts of a file promise.
@@ -102,12 +107,10 @@ void begin_block(Promise& promise, const LineReader& lines, Separator separator)
 /// Columns without names are taken to begin with the position.
 std::vector<ColumnUse> uses_of(const std::vector<std::string>& names, std::size_t columns) {
   std::vector<ColumnUse> uses(columns, ColumnUse::kLookedAt);
-  for (std::size_t i = 0; i < columns; ++i) {
-    const std::string meaning = names.empty() ? "" : meaning_of_column(names[i]);
-    const bool position = names.empty() ? i < 3 : is_axis(meaning);
-    if (position) uses[i] = ColumnUse::kPosition;
-    if (meaning == kLeftOutColumn) uses[i] = ColumnUse::kLeftOut;
-  }
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == kLeftOutColumn) uses[i] = ColumnUse::kLeftOut;
+  for (const std::size_t i : find_position(names).value_or(std::array<std::size_t, 3>{0, 1, 2}))
+    uses[i] = ColumnUse::kPosition;
   return uses;
 }
 
@@ -133,6 +136,7 @@ TextReader::TextReader(const std::filesystem::path& path, const ScanOptions& opt
     : file_(path), is_pts_(lower_suffix(path) == ".pts") {
   info_.path = path;
   info_.encoding = PositionEncoding::kFloat64;
+  info_.guesses_color_width = true;
   LineReader lines(file_, text_start(file_));
   const Head head = read_head(lines, options);
   rows_.counts_between = head.count.has_value();
@@ -164,7 +168,7 @@ TextReader::Head TextReader::read_head(LineReader& lines, const ScanOptions& opt
   while (lines.next_or_comment()) {
     if (is_comment(lines.line())) {
       auto names = names_in(fields_of(comment_text(lines.line())));
-      if (name_a_position(names)) head.comment = std::move(names);
+      if (find_position(names)) head.comment = std::move(names);
       continue;
     }
     // Of several promised rows the first is cut off by the end of the file: there is none.
@@ -177,9 +181,11 @@ TextReader::Head TextReader::read_head(LineReader& lines, const ScanOptions& opt
       return head;
     } else {
       auto names = names_in(fields);
-      if (!head.names.empty() || (options.columns.empty() && !name_a_position(names)))
+      if (!head.names.empty() || (options.columns.empty() && !find_position(names))) {
+        refuse_empty_field(fields, lines);
         lines.refuse("neither numbers nor names of columns", lines.line(),
                      "three or more numbers, or names with x, y and z");
+      }
       head.names = std::move(names);
     }
   }
@@ -199,11 +205,14 @@ std::vector<std::string> TextReader::names_of(const Head& head, std::size_t colu
   std::vector<std::string> names = given ? options.columns : head.names;
   if (names.empty() && head.comment.size() == columns) names = head.comment;
   if (names.empty()) return names;
-  if (head.has_row && names.size() != columns)
+  if (head.has_row && names.size() != columns) {
+    if (ends_with_empty_field(lines.line(), rows_.separator) && names.size() == columns + 1)
+      refuse_count(lines, rows_.separator, names.size());
     lines.refuse(
         given ? "the columns given are not those of the file" : "names and values differ in number",
         fmt::format("{} values", columns), fmt::format("{}", names.size()));
-  if (!name_a_position(names))
+  }
+  if (!find_position(names))
     throw_input({.what = "the columns given tell no position",
                  .path = file_.path(),
                  .expected = "x, y and z among them"});
@@ -216,8 +225,8 @@ RowPass TextReader::count_rows(LineReader& lines, const Head& head, std::vector<
   Promise promise(head.count);
   bool cut = false;
   for (bool more = head.has_row; more; more = lines.next()) {
-    const bool may_be_count = head.count && (lines.was_ended() || promise.is_kept());
-    if (may_be_count && has_one_field(lines.line(), rows_.separator)) {
+    // What the end of the file cuts off is the begin of a row rather than a count.
+    if (head.count && lines.was_ended() && has_one_field(lines.line(), rows_.separator)) {
       begin_block(promise, lines, rows_.separator);
       continue;
     }

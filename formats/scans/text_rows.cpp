@@ -10,17 +10,6 @@
 namespace cairn::formats {
 namespace {
 
-[[noreturn]] void refuse_count(const LineReader& lines, Separator separator, std::size_t expected) {
-  const std::size_t found = count_fields(lines.line(), separator);
-  lines.refuse(found < expected ? "too few values" : "too many values", fmt::format("{}", found),
-               fmt::format("{}", expected));
-}
-
-[[noreturn]] void refuse_value(const LineReader& lines, std::size_t column,
-                               std::string_view field) {
-  lines.refuse(fmt::format("value {} is damaged", column + 1), field, "a number");
-}
-
 /// Whether a vector has length 1 to the few digits that texts give, or 0.
 bool is_unit_or_zero(const double* v, bool& is_unit) {
   constexpr double kTolerance = 0.02;
@@ -72,6 +61,19 @@ bool next_row(LineReader& lines, const TextRows& rows) {
 }
 
 }  // namespace
+
+void refuse_count(const LineReader& lines, Separator separator, std::size_t expected) {
+  const std::size_t found = count_fields(lines.line(), separator);
+  if (found + 1 == expected && ends_with_empty_field(lines.line(), separator))
+    refuse_value(lines, found, "");
+  lines.refuse(found < expected ? "too few values" : "too many values", fmt::format("{}", found),
+               fmt::format("{}", expected));
+}
+
+void refuse_value(const LineReader& lines, std::size_t column, std::string_view field) {
+  lines.refuse(fmt::format("value {} is {}", column + 1, field.empty() ? "empty" : "damaged"),
+               field, "a number");
+}
 
 RowPass::RowPass(Separator separator, std::vector<ColumnUse> uses)
     : separator_(separator), uses_(std::move(uses)) {

@@ -60,6 +60,11 @@ class RowPass {
   std::vector<TextStretch> stretches_;
 };
 
+/// Throws kInput for a line with another number of fields than `expected`, the last of which may be empty.
+[[noreturn]] void refuse_count(const LineReader& lines, Separator separator, std::size_t expected);
+/// Throws kInput for a field, counted from 0, that is no number.
+[[noreturn]] void refuse_value(const LineReader& lines, std::size_t column, std::string_view field);
+
 /// How the rows of a scan are written.
 struct TextRows {
   Separator separator = Separator::kBlanks;

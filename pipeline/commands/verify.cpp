@@ -15,7 +15,6 @@
 #include "pipeline/progress.h"
 #include "pipeline/verify_report.h"
 #include "stages/import/import.h"
-#include "stages/parallel.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -60,7 +59,7 @@ class VerifyCommand : public DatasetCommand {
                               .make_array = {},
                               .progress = progress.get(),
                               .stop = stop};
-      return stages::verify_dataset(context, dataset, source_of(scans, dataset.header()));
+      return stages::verify_dataset(context, dataset, source_of(scans, dataset.header(), context));
     }();
     print_results(json_ ? verify_json(report) : verify_text(report, dataset_));
     if (!report.held())
@@ -84,13 +83,13 @@ class VerifyCommand : public DatasetCommand {
   }
 
   /// The scans' points as the dataset's own records; nothing if no scans are given.
-  std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
-                                                const formats::DatasetHeader& header) const {
+  static std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
+                                                       const formats::DatasetHeader& header,
+                                                       const stages::Context& context) {
     if (scans.empty()) return std::nullopt;
-    return [this, &scans, &header](const stages::RecordSink& sink) {
-      stages::run_in_arena(threads_, [&] {
-        stages::stream_canonical_records(scans, formats::digest_schema(header), header.grid, sink);
-      });
+    return [&scans, &header, &context](const stages::RecordSink& sink) {
+      stages::stream_canonical_records(scans, formats::digest_schema(header), header.grid, context,
+                                       sink);
     };
   }
 

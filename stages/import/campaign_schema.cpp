@@ -132,8 +132,15 @@ Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
   return schema;
 }
 
+bool guessed_colors_are_wide(std::span<const formats::ScanInfo* const> scans) {
+  return std::any_of(scans.begin(), scans.end(), [](const formats::ScanInfo* scan) {
+    const auto color = formats::find_attribute(scan->schema, formats::attribute_name::kColor);
+    return scan->guesses_color_width && color && scan->schema[*color].type == ScalarType::kU16;
+  });
+}
+
 RecordConverter::RecordConverter(const formats::ScanInfo& scan, const Schema& campaign,
-                                 const formats::RecordLayout& layout)
+                                 const formats::RecordLayout& layout, bool guessed_colors_are_wide)
     : layout_(layout), encoding_(scan.encoding) {
   for (std::size_t i = 0; i < campaign.size(); ++i) {
     const auto source = formats::find_attribute(scan.schema, campaign[i].name);
@@ -141,7 +148,8 @@ RecordConverter::RecordConverter(const formats::ScanInfo& scan, const Schema& ca
     const Attribute& from = scan.schema[*source];
     require_fits(scan, from, campaign[i]);
     const bool widen = campaign[i].name == formats::attribute_name::kColor &&
-                       from.type == ScalarType::kU8 && campaign[i].type == ScalarType::kU16;
+                       from.type == ScalarType::kU8 && campaign[i].type == ScalarType::kU16 &&
+                       !(scan.guesses_color_width && guessed_colors_are_wide);
     columns_.push_back({*source, layout.offsets[i], from, campaign[i], widen ? 257.0 : 1.0});
   }
 }

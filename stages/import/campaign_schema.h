@@ -14,23 +14,27 @@ namespace cairn::stages {
 
 /// The union of the scans' attributes in order of first appearance, the radius last, those named in
 /// `drop` left out and, if `keep` is not empty, all others than those named there. Where types differ the
-/// narrowest type that holds both is taken (8-bit colours are widened by 257). A scan without an attribute
-/// has zeros there. Throws Error (kInput) where the component counts of an attribute that stays differ or
+/// narrowest type that holds both is taken (8-bit colours are widened by 257, see RecordConverter). A scan
+/// without an attribute has zeros there. Throws Error (kInput) where the component counts of an attribute that stays differ or
 /// more than formats::kMaxAttributes stay, and Error (kUsage) if `drop` or `keep` names an attribute no scan
 /// has.
 formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
                               const std::vector<std::string>& drop,
                               const std::vector<std::string>& keep = {});
 
+/// Whether colours whose width only their values tell are of 16 bits: if those of one such scan are, all are.
+bool guessed_colors_are_wide(std::span<const formats::ScanInfo* const> scans);
+
 /// Writes blocks of one scan as records of the campaign's layout: position in the scan's own encoding,
 /// then the attributes. Radii that are none (negative, infinite, no numbers) become 0. Stateless; used by
 /// several threads.
 class RecordConverter {
  public:
-  /// `layout` must outlive the converter. Throws Error (kInput), naming scan and attribute, where the
+  /// `layout` must outlive the converter. 8-bit colours are widened to 16 bits unless they are guessed to be of
+  /// 8 bits and `guessed_colors_are_wide`: then they have 16 as they are. Throws Error (kInput), naming scan and attribute, where the
   /// scan's attribute has other components than the campaign's or values that its type cannot hold.
   RecordConverter(const formats::ScanInfo& scan, const formats::Schema& campaign,
-                  const formats::RecordLayout& layout);
+                  const formats::RecordLayout& layout, bool guessed_colors_are_wide);
 
   /// Writes the block's points with finite coordinates to `out`, which has room for block.count records
   /// and reads as zeros where the scan lacks an attribute. Returns how many were written.

@@ -31,11 +31,12 @@ std::optional<std::int64_t> shift_for(const StepRange& range) {
   return std::nullopt;
 }
 
-/// The grid of the scans' own scales, if they share one.
+/// The grid of the scans' own scales, if they share one. A scan without a point has no say.
 std::optional<Grid> common_scale_grid(std::span<const ScanExtent> scans) {
   Grid grid;
   const ScanInfo* first = nullptr;
   for (const ScanExtent& extent : scans) {
+    if (extent.box.empty()) continue;
     if (extent.scan->encoding != PositionEncoding::kSteps) return std::nullopt;
     if (first == nullptr) {
       first = extent.scan;
@@ -45,13 +46,14 @@ std::optional<Grid> common_scale_grid(std::span<const ScanExtent> scans) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       grid.step[axis] = std::min(grid.step[axis], extent.scan->scale[axis]);
   }
+  if (first == nullptr) return std::nullopt;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     StepRange range;
     for (const ScanExtent& extent : scans) {
+      if (extent.box.empty()) continue;
       const auto fit = formats::fit_axis(extent.scan->scale[axis], extent.scan->offset[axis],
                                          grid.step[axis], grid.offset[axis]);
       if (!fit) return std::nullopt;
-      if (extent.box.empty()) continue;
       range.min = std::min(
           range.min, static_cast<std::int64_t>(extent.box.min[axis]) * fit->factor + fit->addend);
       range.max = std::max(

@@ -30,7 +30,7 @@ struct ScanExtent {
   double resolution = 0;
 };
 
-/// The grid that fits all scans. If every scan is on steps of one scale per axis (or whole multiples),
+/// The grid that fits all scans, of which one has a point. If every scan with points is on steps of one scale per axis (or whole multiples),
 /// with offsets a whole number of steps apart, the grid has just those steps and import is lossless;
 /// otherwise the step is the smallest power of two by which the extent fits 30 bits. The smallest
 /// coordinate of an axis becomes step 0 (or the smallest int32, where the span needs 32 bits).

@@ -104,6 +104,13 @@ void read_stretch(const formats::ScanReader& scan, const RecordConverter& conver
   });
 }
 
+/// A worker holds a block as raw bytes, as columns and as records of `stride` bytes, and what its reader needs.
+unsigned reading_workers(const Scans& scans, std::size_t stride, const Context& context) {
+  std::uint64_t worker_bytes = 0;
+  for (const auto& scan : scans) worker_bytes = std::max(worker_bytes, scan->read_bytes());
+  return workers_within(context, worker_bytes + formats::kBlockPoints * (3 * stride + 24));
+}
+
 /// Sampling touches nearly every page of the array; they go back after stretches of this many bytes.
 constexpr std::uint64_t kSampledBytes = std::uint64_t{4} << 20;
 
@@ -223,13 +230,10 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
   std::vector<Stretch> stretches = list_stretches(scans);
   std::vector<RecordConverter> converters;
   converters.reserve(infos.size());
-  for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout);
+  const bool wide = guessed_colors_are_wide(infos);
+  for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout, wide);
   context.progress->begin("import", size_bytes / layout.stride);
-  // A worker holds a block as raw bytes, as columns and as records, and what its reader needs.
-  std::uint64_t worker_bytes = 0;
-  for (const auto& scan : scans) worker_bytes = std::max(worker_bytes, scan->read_bytes());
-  worker_bytes += formats::kBlockPoints * (3 * layout.stride + 24);
-  run_in_arena(workers_within(context, worker_bytes), [&] {
+  run_in_arena(reading_workers(scans, layout.stride, context), [&] {
     for_each_piece(stretches.size(), [&](std::uint64_t i) {
       Stretch& stretch = stretches[i];
       read_stretch(*scans[stretch.scan], converters[stretch.scan], points, stretch, context);
@@ -247,14 +251,16 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
 }
 
 void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
-                              const formats::Grid& grid, const RecordSink& sink) {
+                              const formats::Grid& grid, const Context& context,
+                              const RecordSink& sink) {
   const formats::RecordLayout native(schema, native_position_bytes(scans));
   const formats::RecordLayout canonical(schema, 12);
   const std::size_t attribute_bytes = canonical.stride - 12;
   const std::vector<Stretch> stretches = list_stretches(scans);
-  for_each_piece(stretches.size(), [&](std::uint64_t i) {
+  const bool wide = guessed_colors_are_wide(infos_of(scans));
+  const auto stream = [&](std::uint64_t i) {
     const formats::ScanReader& scan = *scans[stretches[i].scan];
-    const RecordConverter converter(scan.info(), schema, native);
+    const RecordConverter converter(scan.info(), schema, native, wide);
     const formats::PositionMap map(scan.info(), grid);
     std::vector<std::byte> from, to;
     scan.read(stretches[i].stretch, [&](const PointBlock& block) {
@@ -270,7 +276,9 @@ void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
       }
       sink(to, canonical.stride);
     });
-  });
+  };
+  run_in_arena(reading_workers(scans, native.stride + canonical.stride, context),
+               [&] { for_each_piece(stretches.size(), stream); });
 }
 
 }  // namespace cairn::stages

@@ -54,6 +54,18 @@ TEST_F(TextScans, PtxScansStandWhereTheirPosesPutThemWithoutTheirEmptyCells) {
   EXPECT_NEAR(told.at("bounds").at("max")[0].get<double>(), 998.5, 1e-5);
 }
 
+TEST_F(TextScans, MoreScansMayBeOpenThanTheSystemProposes) {
+  std::string command = "ulimit -Sn 40; exec " + std::string(CAIRN_PROGRAM) +
+                        " build --progress none -o " + output();
+  for (int i = 0; i < 60; ++i) {
+    const std::string number = std::to_string(i);
+    command += " " + folder_.write("a" + number + ".xyz", number + " 2 3\n").string();
+  }
+  const Outcome outcome = run_program("/bin/bash", {"-c", command});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(info().at("points"), 60);
+}
+
 TEST_F(TextScans, PtsAndPcdMakeOneDataset) {
   const auto pts = folder_.write(
       "a.pts", "500\n" + rows(500, [](int i) { return std::to_string(-i) + " 10 20 30"; }));

@@ -36,6 +36,9 @@ TEST(ColumnValues, TheNarrowestIntegerThatHoldsAllIsChosen) {
   EXPECT_EQ(type_of({"4294967295"}), ScalarType::kU32);
   EXPECT_EQ(type_of({"-1", "2147483648"}), ScalarType::kI64);
   EXPECT_EQ(type_of({"-9223372036854775808", "9223372036854775807"}), ScalarType::kI64);
+  EXPECT_EQ(type_of({"0", "9223372036854775807"}), ScalarType::kI64);
+  EXPECT_EQ(type_of({"0", "9223372036854775808"}), ScalarType::kU64);
+  EXPECT_EQ(type_of({"18446744073709551615"}), ScalarType::kU64);
   EXPECT_EQ(type_of({"117.0", "+2", "1e2"}), ScalarType::kU8);
 }
 
@@ -45,7 +48,8 @@ TEST(ColumnValues, Float32IsChosenIfItGivesAllDigitsBack) {
   EXPECT_EQ(type_of({"0.1234567"}), ScalarType::kF64);
   EXPECT_EQ(type_of({"0.5", "16777217"}), ScalarType::kF64);
   EXPECT_EQ(type_of({"1e300"}), ScalarType::kF64);
-  EXPECT_EQ(type_of({"9223372036854775808"}), ScalarType::kF64);
+  EXPECT_EQ(type_of({"18446744073709551616"}), ScalarType::kF64);
+  EXPECT_EQ(type_of({"-1", "9223372036854775808"}), ScalarType::kF64);
   EXPECT_EQ(type_of({"nan", "1"}), ScalarType::kF32);
 }
 

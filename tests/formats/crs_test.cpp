@@ -28,6 +28,22 @@ TEST(Crs, EpsgCodesBecomeGeoTiffKeys) {
             (std::vector<std::uint16_t>{1, 1, 1, 2, 1024, 0, 1, 2, 2048, 0, 1, 4326}));
 }
 
+// By the EPSG registry (epsg.org), whose numbers follow no rule.
+TEST(Crs, TheRegistryTellsWhatIsGeographic) {
+  for (const char* text : {"EPSG:4647", "EPSG:32633", "EPSG:2056", "EPSG:4087", "EPSG:25832",
+                           "EPSG:3857", "EPSG:7856", "EPSG:31468"}) {
+    EXPECT_EQ(keys_of(text).at(7), 1) << text;
+    EXPECT_EQ(keys_of(text).at(8), 3072) << text;
+  }
+  for (const char* text : {"EPSG:4326", "EPSG:4258", "EPSG:7844", "EPSG:6318", "EPSG:9057"}) {
+    EXPECT_EQ(keys_of(text).at(7), 2) << text;
+    EXPECT_EQ(keys_of(text).at(8), 2048) << text;
+  }
+  // Compound, vertical, geocentric, of three dimensions: none of these keys tells them.
+  for (const char* text : {"EPSG:7415", "EPSG:5703", "EPSG:4978", "EPSG:4979"})
+    EXPECT_FALSE(crs_records(text)) << text;
+}
+
 TEST(Crs, WktIsKeptWithAZeroBehindIt) {
   const std::string wkt = "PROJCS[\"UTM\",GEOGCS[]]";
   const auto records = crs_records(wkt).value();

@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/scans/laz/laz_reader.h"
 #include "formats/scans/laz/worker.h"
 #include "tests/support/laz_bytes.h"
 #include "tests/support/scan_points.h"
@@ -138,6 +141,33 @@ TEST_F(LazReader, RefusesCountsThatNoFileCanHoldBeforeAllocating) {
   bytes = laz.build();
   put_at<std::uint32_t>(bytes, table + 4, 0xffffffffU);
   expect_unopened(bytes, "the number of LAZ chunks cannot be true");
+  // A file without data has room for many more chunks than its one point fills.
+  constexpr std::uint64_t kHole = std::uint64_t{2} << 30;
+  laz = pointwise();
+  laz.las.records.resize(1);
+  bytes = laz.build();
+  put_at<std::uint64_t>(bytes, laz.points_begin(), kHole);
+  const auto sparse = folder_.write("scan.laz", bytes);
+  std::filesystem::resize_file(sparse, kHole);
+  std::ofstream(sparse, std::ios::binary | std::ios::app)
+      << std::string("\0\0\0\0\0\0\0\5", 8) << std::string(100, '\0');
+  expect_refused([&] { test::open_scan(sparse); }, "at most 2 for 1 points");
+}
+
+TEST_F(LazReader, TellsWhetherTheScannerChannelChanges) {
+  // The channel is in bits 4 and 5 of byte 15 of a record of point format 6.
+  const auto records = [](const std::vector<int>& flags) {
+    std::vector<std::byte> bytes(flags.size() * 36);
+    for (std::size_t i = 0; i < flags.size(); ++i)
+      bytes[36 * i + 15] = static_cast<std::byte>(flags[i]);
+    return bytes;
+  };
+  std::optional<std::byte> channel;
+  EXPECT_TRUE(have_one_channel(records({0x10, 0x9f, 0x50}), 36, channel));
+  EXPECT_TRUE(have_one_channel(records({0x11}), 36, channel));
+  EXPECT_FALSE(have_one_channel(records({0x20}), 36, channel));
+  channel.reset();
+  EXPECT_FALSE(have_one_channel(records({0x00, 0x00, 0x30}), 36, channel));
 }
 
 TEST_F(LazReader, RefusesATableAtAWrongPlaceOrOfAnotherVersion) {

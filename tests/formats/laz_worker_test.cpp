@@ -53,7 +53,7 @@ TEST(LazWorkers, AKilledWorkerIsAnErrorThatNamesFileAndChunk) {
     ADD_FAILURE() << "nobody missed the worker";
   } catch (const Error& error) {
     EXPECT_TRUE(killed);
-    EXPECT_EQ(error.kind(), ErrorKind::kInput);
+    EXPECT_EQ(error.kind(), ErrorKind::kSystem) << "the file is not at fault";
     const std::string text = error.what();
     EXPECT_NE(text.find("LAZ chunk 1 of 2 cannot be decoded"), std::string::npos) << text;
     EXPECT_NE(text.find("Megaplot.laz"), std::string::npos) << text;
@@ -61,6 +61,24 @@ TEST(LazWorkers, AKilledWorkerIsAnErrorThatNamesFileAndChunk) {
   std::uint64_t points = 0;
   reader->read(0, [&](const PointBlock& block) { points += block.count; });
   EXPECT_EQ(points, reader->stretch_capacity(0));
+}
+
+// It has no memory for such a chunk and ends while the chunk is still sent.
+TEST(LazWorkers, WhatAWorkerSaysBeforeItEndsIsToldWhateverFailsFirst) {
+  constexpr std::uint32_t kBytes = 0xfff00000U;
+  const test::TemporaryFolder folder;
+  const auto path = folder.write("sparse", "");
+  std::filesystem::resize_file(path, kBytes);
+  LazWorker worker;
+  try {
+    worker.send(
+        RandomAccessFile(path),
+        {.offset = 0, .size_bytes = kBytes, .points = 1, .record_bytes = 20, .point_format = 0});
+    ADD_FAILURE() << "nobody missed the worker";
+  } catch (const LazWorkerFailure& failure) {
+    EXPECT_FALSE(failure.was_killed());
+    EXPECT_STRNE(failure.what(), "the decoder has ended");
+  }
 }
 
 TEST(LazWorkers, AWorkerLeftInTheMiddleIsNotUsedAgain) {

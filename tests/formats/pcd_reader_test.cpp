@@ -179,9 +179,18 @@ TEST_F(PcdReader, RefusesSizesThatCannotBe) {
   header.points = header.width = "300000000";
   EXPECT_THAT(refusal(header.text() + with_sizes(packed, 3600000000U)),
               HasSubstr("claim a size that they cannot have"));
-  header.points = header.width = "2";
-  EXPECT_THAT(refusal(header.text() + with_sizes(packed, 24), {.read_memory_bytes = 40}),
-              HasSubstr("found 49 bytes, expected at most 40"));
+}
+
+TEST_F(PcdReader, RefusesMoreBinaryPointsThanItsHeaderTells) {
+  const Header header{.data = "binary"};
+  const std::string rows = bytes_of({1.F, 2.F, 3.F, 4.F, 5.F, 6.F});
+  EXPECT_THAT(refusal(header.text() + rows + rows.substr(0, 12)),
+              HasSubstr("found room for 3, expected 2"));
+  EXPECT_THAT(refusal(header.text() + rows + std::string(4096, '\0')),
+              HasSubstr("found room for 343, expected 2"));
+  // Less than a page of zeros is what writers leave, less than a point can be none.
+  EXPECT_EQ(read(header.text() + rows + std::string(4095, '\0')).points.count, 2U);
+  EXPECT_EQ(read(header.text() + rows + rows.substr(0, 11)).points.count, 2U);
 }
 
 TEST_F(PcdReader, PointsRuleOverAMissingSize) {

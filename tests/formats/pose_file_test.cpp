@@ -75,12 +75,26 @@ TEST_F(PoseFiles, FindsByFileThenStemThenNumber) {
   EXPECT_EQ(file.find("scan_0012_world.laz").pose.translation[2], 12);
 }
 
-TEST_F(PoseFiles, RefusesNoPoseAndSeveral) {
+TEST_F(PoseFiles, RefusesNoPose) {
   const PoseFile file = read(kHeader + "1 0 0 0 1 0 0 0\n2 0 0 0 1 0 0 0\n");
   EXPECT_THAT(refusal([&] { file.find("scan3.las"); }),
               HasSubstr("no pose for the scan scan3.las"));
   EXPECT_THAT(refusal([&] { file.find("scan.las"); }), HasSubstr("no pose"));
-  EXPECT_THAT(refusal([&] { file.find("1_2.las"); }), HasSubstr("several poses"));
+  // Whether 2 or 2024 is the scan's number, nobody can tell.
+  EXPECT_THAT(refusal([&] { file.find("1_2.las"); }), HasSubstr("no pose"));
+  EXPECT_THAT(refusal([&] { file.find("scan2_2024.las"); }), HasSubstr("no pose"));
+}
+
+TEST_F(PoseFiles, RefusesASecondPoseOfOneScan) {
+  EXPECT_THAT(refusal_of(kHeader + "a 0 0 0 1 0 0 0\nb 0 0 0 1 0 0 0\na 1 0 0 1 0 0 0\n"),
+              HasSubstr("line 4 of the pose file cannot be used"));
+  EXPECT_THAT(refusal_of("bmesh b.ply 1 2 3 0 0 1 1\nbmesh b.ply 1 2 3 0 0 1 1\n"),
+              HasSubstr("a second pose of b.ply"));
+}
+
+TEST_F(PoseFiles, PassesOverTheMarkOfUtf8) {
+  EXPECT_EQ(read("\xef\xbb\xbf" + kHeader + "a 1 2 3 1 0 0 0\n").find("a.las").pose.translation,
+            (Vector3{1, 2, 3}));
 }
 
 TEST_F(PoseFiles, RefusesDamageNamingTheLine) {

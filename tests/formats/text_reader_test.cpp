@@ -64,6 +64,15 @@ TEST_F(TextReader, TakesBlanksTabsCommasAndSemicolonsWithEitherLineEnd) {
   }
 }
 
+// Else all rows but the first would be taken for further values of it, or for a comment.
+TEST_F(TextReader, RefusesLinesThatEndWithACarriageReturnAlone) {
+  for (const char* text : {"1 2 3\r4 5 6\r7 8 9\r", "1 2 3\r4 5 6", "# x y z\r1 2 3\r",
+                           "x,y,z\r1,2,3\r", "1 2 3\n4 5 6\r7 8 9\n"})
+    EXPECT_THAT(refusal("a.xyz", text), HasSubstr("a carriage return amid a line"));
+  EXPECT_THAT(refusal("a.ptx", "1\r1\r0 0 0\r"), HasSubstr("a carriage return amid a line"));
+  EXPECT_EQ(read("1 2 3\r\r\n4 5 6\r\r\n").points.count, 2U);
+}
+
 TEST_F(TextReader, PassesOverComments) {
   const auto scan = read("# of the site\n// by hand\n1 2 3\n  # between\n4 5 6\n#end\n");
   ASSERT_EQ(scan.points.count, 2U);
@@ -163,7 +172,7 @@ TEST_F(TextReader, RefusesWhatIsNoRowNamingLineAndOffset) {
   EXPECT_THAT(refusal("a.xyz", "1 2 3\n#\n4 5 6 7\n"), HasSubstr("line 3: too many values"));
   EXPECT_THAT(refusal("a.xyz", "1 2 3\n4 five 6\n"), HasSubstr("found five"));
   EXPECT_THAT(refusal("a.xyz", "1 2 3 4\n4 5 6 x\n"), HasSubstr("line 2: value 4 is damaged"));
-  EXPECT_THAT(refusal("a.csv", "1,2,3\n4,,6\n"), HasSubstr("line 2: value 2 is damaged"));
+  EXPECT_THAT(refusal("a.csv", "1,2,3\n4,,6\n"), HasSubstr("line 2: value 2 is empty"));
   EXPECT_THAT(refusal("a.csv", "x,y,z\n1,2,3,4\n"), HasSubstr("names and values differ"));
   EXPECT_THAT(refusal("a.csv", "a,b,c\n1,2,3\n"), HasSubstr("line 1: neither numbers nor names"));
   EXPECT_THAT(refusal("a.csv", "1,5;2,5;3,5\n"), HasSubstr("line 1"));  // decimal commas
@@ -171,6 +180,31 @@ TEST_F(TextReader, RefusesWhatIsNoRowNamingLineAndOffset) {
   EXPECT_THAT(refusal("a.xyz", "# nothing\n"), HasSubstr("a text without points"));
   EXPECT_THAT(refusal("a.xyz", ""), HasSubstr("not a scan"));
   EXPECT_THAT(refusal("a.pts", std::string("[binary]\n\0\1\2", 12)), HasSubstr("line 1"));
+}
+
+TEST_F(TextReader, NamesTheFieldThatIsEmpty) {
+  EXPECT_THAT(refusal("a.csv", "1,2,3,,5\n"), HasSubstr("line 1: value 4 is empty"));
+  EXPECT_THAT(refusal("a.csv", "x,y,z,i\n1,,3,4\n"), HasSubstr("line 2: value 2 is empty"));
+  EXPECT_THAT(refusal("a.csv", "x,y,z,i\n1,2,3,\n"), HasSubstr("line 2: value 4 is empty"));
+  EXPECT_THAT(refusal("a.csv", "1;2;3;4\n4;5;6; \n"), HasSubstr("line 2: value 4 is empty"));
+  EXPECT_EQ(read("a.csv", "x,y,z,\n1,2,3,\n").points.count, 1U);
+}
+
+// Of the named and of the given columns, the first of each axis is the position.
+TEST_F(TextReader, ASecondHeightIsAnAttribute) {
+  for (const auto& scan : {read("a.csv", "x,y,z,height,Easting\n1.5,2,3,0.7,4000000000\n"),
+                           read("b.csv", "1.5,2,3,0.7,4000000000\n",
+                                {.columns = {"x", "y", "z", "height", "Easting"}})}) {
+    EXPECT_EQ(scan.world(0), (Position{1.5, 2, 3}));
+    EXPECT_THAT(scan.names(), ElementsAre("height", "easting"));
+    EXPECT_EQ(scan.value<float>("height", 0), 0.7F);
+    EXPECT_EQ(scan.value<std::uint32_t>("easting", 0), 4000000000U);
+  }
+}
+
+TEST_F(TextReader, NumbersOfUint64AreExact) {
+  const auto scan = read("x y z id\n1 2 3 18446744073709551615\n4 5 6 0\n");
+  EXPECT_EQ(scan.value<std::uint64_t>("id", 0), 18446744073709551615U);
 }
 
 TEST_F(TextReader, CountsAreCheckedAndAddUp) {
@@ -202,6 +236,11 @@ TEST_F(TextReader, AllowTruncatedKeepsWholeRowsAndCountsTheRest) {
   EXPECT_EQ(cut.points.count, 2U);
   EXPECT_EQ(cut.info.claimed_points, 3U);
   EXPECT_EQ(read("a.xyz", "1 2 3\n4 5 6\n7 8 -", allow).points.count, 2U);
+  // The begin of a row, not a count of the next block.
+  EXPECT_THAT(refusal("a.pts", "2\n1 2 3\n4 5 6\n12"), HasSubstr("the last row is cut off"));
+  const auto begun = read("a.pts", "2\n1 2 3\n4 5 6\n12", allow);
+  EXPECT_EQ(begun.points.count, 2U);
+  EXPECT_EQ(begun.info.claimed_points, 3U);
 }
 
 TEST_F(TextReader, ContentDecidesWhereTheSuffixTellsNothing) {

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <thread>
 
 #include "formats/bytes.h"
 #include "formats/error.h"
@@ -92,6 +95,17 @@ TEST_F(ImportTest, ScalesThatAreNearlyEqualAreNotTakenForOne) {
   EXPECT_NEAR(world[1][0], 5e6, points.grid.step[0]);
   EXPECT_NEAR(world[2][0], near * 500000000, points.grid.step[0]);
   EXPECT_LT(points.grid.step[0], 0.01);
+}
+
+TEST_F(ImportTest, ScansWithoutAPointHaveNoSayInTheGrid) {
+  Scans scans;
+  scans.push_back(test::world_scan(PositionEncoding::kFloat64, {}, {world_block({})}));
+  scans.push_back(test::steps_scan({}, {steps_block({})}, {0.007, 0.007, 0.007}));
+  scans.push_back(
+      test::steps_scan({}, {steps_block({{1, 2, 3}, {100, 5, 6}})}, {0.01, 0.01, 0.01}));
+  const ImportedPoints points = import_scans(scans, {}, context());
+  EXPECT_EQ(points.grid.step, (std::array<double, 3>{0.01, 0.01, 0.01}));
+  EXPECT_TRUE(points.maps[2].exact());
 }
 
 TEST_F(ImportTest, LasIntegersMaySpanAllOfInt32) {
@@ -217,6 +231,35 @@ TEST_F(ImportTest, MergesSchemasWideningColoursAndFillingZeros) {
             (std::vector<std::uint16_t>{65535, 257, 0, 0, 65535, 256, 0, 77}));
 }
 
+// A dark tile of 16-bit colours has values of 8 bits only; those beside it tell.
+TEST_F(ImportTest, TextsAgreeOnTheWidthOfTheirColours) {
+  const auto dark = folder().write("dark.csv", "x,y,z,r,g,b\n0,0,0,10,20,255\n");
+  const auto bright = folder().write("bright.csv", "x,y,z,r,g,b\n1,1,1,40000,0,65535\n");
+  const auto dark_color_beside = [&](std::unique_ptr<formats::ScanReader> other) {
+    Scans scans = formats::open_scans(dark, {});
+    scans.push_back(std::move(other));
+    const ImportedPoints points = import_scans(scans, {}, context());
+    std::vector<std::uint16_t> imported(3), streamed(3);
+    std::memcpy(imported.data(), points.array.bytes().data() + 24, 6);
+    stream_canonical_records(scans, points.schema, points.grid, context(),
+                             [&](std::span<const std::byte> records, std::size_t) {
+                               if (formats::load_le<std::int32_t>(records.data()) == 0)
+                                 std::memcpy(streamed.data(), records.data() + 12, 6);
+                             });
+    EXPECT_EQ(streamed, imported);
+    return imported;
+  };
+  EXPECT_EQ(dark_color_beside(std::move(formats::open_scans(bright, {}).front())),
+            (std::vector<std::uint16_t>{10, 20, 255}));
+  // Another kind of scan says nothing about texts.
+  PointBlock block = world_block({{1, 1, 1}});
+  add_column<std::uint16_t>(block, {40000, 0, 65535});
+  EXPECT_EQ(dark_color_beside(test::world_scan(PositionEncoding::kFloat64,
+                                               {{"color", ScalarType::kU16, 3, ReduceRule::kMean}},
+                                               {block})),
+            (std::vector<std::uint16_t>{2570, 5140, 65535}));
+}
+
 TEST_F(ImportTest, RefusesScansWithTooManyAttributesTogether) {
   Schema one, other;
   PointBlock block = steps_block({{0, 0, 0}});
@@ -284,7 +327,7 @@ TEST_F(ImportTest, RadiiThatAreNoneAreZero) {
     radii.push_back(formats::load_le<float>(points.array.bytes().data() + i * points.stride + 12));
   EXPECT_EQ(radii, (std::vector<float>{0.5F, 0, 0, 0, 0}));
   // What verify digests is what the build stores.
-  stream_canonical_records(scans, schema, points.grid,
+  stream_canonical_records(scans, schema, points.grid, context(),
                            [&](std::span<const std::byte> records, std::size_t stride) {
                              for (std::size_t i = 0; i < records.size(); i += stride)
                                streamed.push_back(formats::load_le<float>(records.data() + i + 12));
@@ -293,10 +336,10 @@ TEST_F(ImportTest, RadiiThatAreNoneAreZero) {
 }
 
 TEST_F(ImportTest, RefusesToStreamScansThatDoNotFitTheSchema) {
-  const auto stream = [](formats::Attribute scan, formats::Attribute dataset) {
+  const auto stream = [this](formats::Attribute scan, formats::Attribute dataset) {
     Scans scans;
     scans.push_back(scan_with(std::move(scan)));
-    stream_canonical_records(scans, {std::move(dataset)}, {}, [](auto, std::size_t) {});
+    stream_canonical_records(scans, {std::move(dataset)}, {}, context(), [](auto, std::size_t) {});
   };
   const formats::Attribute one{"label", ScalarType::kU16, 1, ReduceRule::kNone};
   formats::Attribute other = one;
@@ -337,6 +380,40 @@ TEST_F(ImportTest, RefusesCoordinatesWhoseSquaresADoubleCannotHold) {
   EXPECT_EQ(import({{1e-200, 0, 0}, {1e-200, 0, 0}}), 2U);  // no extent, no distances
 }
 
+/// Counts how many of its stretches are read at a time, each with a third of the tests' memory.
+class LargeScan final : public formats::ScanReader {
+ public:
+  explicit LargeScan(std::size_t stretches) : stretches_(stretches) {
+    info_.claimed_points = info_.present_points = stretches;
+  }
+  std::size_t stretch_count() const override { return stretches_; }
+  std::uint64_t stretch_capacity(std::size_t) const override { return 1; }
+  std::uint64_t read_bytes() const override { return (std::uint64_t{1} << 30) / 3; }
+  void read(std::size_t, const formats::BlockSink& sink) const override {
+    most_ = std::max(most_.load(), ++reading_);
+    sink(world_block({{1, 2, 3}}));
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    --reading_;
+  }
+  int most_at_a_time() const { return most_; }
+
+ private:
+  std::size_t stretches_;
+  mutable std::atomic<int> reading_ = 0, most_ = 0;
+};
+
+TEST_F(ImportTest, AsManyWorkersReadAsTheMemoryHasRoomFor) {
+  auto scan = std::make_unique<LargeScan>(8);
+  const LargeScan& large = *scan;
+  Scans scans;
+  scans.push_back(std::move(scan));
+  context().threads = 4;
+  const ImportedPoints points = import_scans(scans, {}, context());
+  EXPECT_EQ(large.most_at_a_time(), 1);
+  stream_canonical_records(scans, points.schema, points.grid, context(), [](auto, std::size_t) {});
+  EXPECT_EQ(large.most_at_a_time(), 1);
+}
+
 TEST_F(ImportTest, CanonicalRecordsAreTheMappedPoints) {
   PointBlock block = world_block({{1.5, 2.25, -3}, {0, 0, 0}});
   add_column<std::uint8_t>(block, {7, 8});
@@ -346,7 +423,7 @@ TEST_F(ImportTest, CanonicalRecordsAreTheMappedPoints) {
   const ImportedPoints points = import_scans(scans, {}, context());
   std::multiset<std::string> streamed, expected;
   stream_canonical_records(
-      scans, points.schema, points.grid,
+      scans, points.schema, points.grid, context(),
       [&](std::span<const std::byte> records, std::size_t stride) {
         for (std::size_t i = 0; i < records.size(); i += stride)
           streamed.insert(std::string(reinterpret_cast<const char*>(records.data()) + i, stride));

@@ -72,6 +72,12 @@ struct Entry {
   std::uint32_t size_bytes = 0;
 };
 
+/// As many as the points fill, and one that a writer may have begun in vain.
+std::uint64_t most_chunks(const FileAndHeader& laz) {
+  const std::uint64_t points = std::max(laz.encoding.chunk_points, std::uint32_t{1});
+  return laz.header.point_count / points + (laz.header.point_count % points != 0 ? 1 : 0) + 1;
+}
+
 /// Nothing if the file ends before the table.
 std::optional<std::vector<Entry>> read_entries(const FileAndHeader& laz, std::uint64_t table) {
   if (const auto version = laz.read<std::uint32_t>(table); version != 0)
@@ -81,7 +87,10 @@ std::optional<std::vector<Entry>> read_entries(const FileAndHeader& laz, std::ui
   if (count > room)
     laz.refuse("the number of LAZ chunks cannot be true", table + 4, fmt::format("{}", count),
                fmt::format("at most {}, since each begins with a whole record", room));
-  std::vector<Entry> entries(count);
+  if (const std::uint64_t most = most_chunks(laz); count > most)
+    laz.refuse("the number of LAZ chunks cannot be true", table + 4, fmt::format("{}", count),
+               fmt::format("at most {} for {} points", most, laz.header.point_count));
+  std::vector<Entry> entries;
   if (count == 0) return entries;
 
   constexpr std::uint64_t kMostEntryBytes = 16;
@@ -92,12 +101,12 @@ std::optional<std::vector<Entry>> read_entries(const FileAndHeader& laz, std::ui
   ArithmeticDecoder decoder(bytes);
   IntegerDecoder integers(2);
   Entry last;
-  for (Entry& entry : entries) {
+  while (entries.size() < count) {
     if (laz.encoding.chunk_points == 0) last.points = integers.decode(decoder, 0, last.points);
     last.size_bytes = integers.decode(decoder, 1, last.size_bytes);
-    entry = last;
+    if (decoder.consumed_bytes() > bytes.size()) return std::nullopt;
+    entries.push_back(last);
   }
-  if (decoder.consumed_bytes() > bytes.size()) return std::nullopt;
   return entries;
 }
 

@@ -1,8 +1,6 @@
 #include "formats/scans/laz/laz_reader.h"
 
 #include <algorithm>
-#include <optional>
-#include <span>
 
 #include <fmt/format.h>
 
@@ -25,23 +23,26 @@ constexpr std::byte kChannelBits{0x30};
 
 /// The decoder follows the rules of version 3, which differ from those of version 4 where the scanner
 /// channel changes within a chunk and there are fields beyond those of point format 6: then it gives
-/// wrong values. `channel` is that of the chunk's points before.
-void require_one_channel(const LazChunk& chunk, const RandomAccessFile& file,
-                         std::span<const std::byte> records, std::size_t record_bytes,
-                         std::optional<std::byte>& channel) {
-  for (std::size_t at = kChannelByte; at < records.size(); at += record_bytes) {
-    const std::byte found = records[at] & kChannelBits;
-    if (found != channel.value_or(found))
-      throw_input({.what = "LAZ items of version 4 are not read where the scanner channel changes",
-                   .path = file.path(),
-                   .offset = chunk.offset,
-                   .found = "points of several scanner channels in one chunk",
-                   .expected = "one scanner channel, items of version 3, or point format 6 alone"});
-    channel = found;
-  }
+/// wrong values.
+[[noreturn]] void refuse_channels(const LazChunk& chunk, const RandomAccessFile& file) {
+  throw_input({.what = "LAZ items of version 4 are not read where the scanner channel changes",
+               .path = file.path(),
+               .offset = chunk.offset,
+               .found = "points of several scanner channels in one chunk",
+               .expected = "one scanner channel, items of version 3, or point format 6 alone"});
 }
 
 }  // namespace
+
+bool have_one_channel(std::span<const std::byte> records, std::size_t record_bytes,
+                      std::optional<std::byte>& channel) {
+  for (std::size_t at = kChannelByte; at < records.size(); at += record_bytes) {
+    const std::byte found = records[at] & kChannelBits;
+    if (found != channel.value_or(found)) return false;
+    channel = found;
+  }
+  return true;
+}
 
 LazReader::LazReader(const std::filesystem::path& path, const ScanOptions& options)
     : file_(path),
@@ -93,7 +94,8 @@ void LazReader::read_chunk(std::size_t chunk, LazWorker& worker, const BlockSink
     if (encoding_.layered) check_layered_chunk(file_, header_, encoding_, chunks_[chunk]);
     decode_chunk(chunks_[chunk], worker, sink);
   } catch (const LazWorkerFailure& failure) {
-    throw_input(
+    throw Error(
+        failure.was_killed() ? ErrorKind::kSystem : ErrorKind::kInput,
         {.what = fmt::format("LAZ chunk {} of {} cannot be decoded", chunk + 1, chunks_.size()),
          .path = file_.path(),
          .offset = chunks_[chunk].offset,
@@ -116,8 +118,8 @@ void LazReader::decode_chunk(const LazChunk& chunk, LazWorker& worker,
   std::optional<std::byte> channel;
   for (std::uint32_t left = chunk.points; left > 0;) {
     const std::uint32_t count = worker.receive(std::min(left, most), record_bytes, records);
-    if (encoding_.follows_channels)
-      require_one_channel(chunk, file_, records, record_bytes, channel);
+    if (encoding_.follows_channels && !have_one_channel(records, record_bytes, channel))
+      refuse_channels(chunk, file_);
     resize_block(info_.schema, info_.encoding, count, block);
     decode_las_records(layout_, records, 0, block);
     sink(block);

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "formats/random_access_file.h"
@@ -18,6 +20,11 @@
 
 namespace cairn::formats {
 
+/// Whether all records, of point format 6 to 8, are of one scanner channel and that of the records before, if there
+/// were some; then `channel` is theirs.
+bool have_one_channel(std::span<const std::byte> records, std::size_t record_bytes,
+                      std::optional<std::byte>& channel);
+
 class LazReader : public ScanReader {
  public:
   /// Opens and checks the file: see read_las_header, read_laszip_record and read_chunk_table.
@@ -26,7 +33,7 @@ class LazReader : public ScanReader {
   std::size_t stretch_count() const override { return stretches_.size(); }
   std::uint64_t stretch_capacity(std::size_t stretch) const override;
   std::uint64_t read_bytes() const override;
-  /// Also throws kSystem if a worker cannot be started.
+  /// Also throws kSystem if a worker cannot be started or is killed.
   void read(std::size_t stretch, const BlockSink& sink) const override;
 
  private:

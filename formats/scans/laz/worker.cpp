@@ -11,11 +11,13 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -33,6 +35,10 @@ constexpr std::size_t kSendBytes = std::size_t{64} << 10;
 constexpr std::uint32_t kMostMessageBytes = 1000;
 // A block takes a fraction of a second; a worker that is silent for so long will never speak.
 constexpr timeval kLongestSilence{.tv_sec = 120, .tv_usec = 0};
+
+// How often and how long the end of a process is waited for whose socket is closed.
+constexpr int kMostWaits = 200;
+constexpr std::chrono::milliseconds kWait{10};
 
 constexpr const char* kNode = "node";
 // The decoder needs little of the script engine's own memory, which by default it would take freely.
@@ -203,7 +209,11 @@ void LazWorker::send_bytes(const std::byte* bytes, std::size_t count) {
     if (sent < 0 && errno == EINTR) continue;
     if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
       throw LazWorkerFailure("the decoder does not answer");
-    if (sent < 0) throw LazWorkerFailure("the decoder has ended");
+    if (sent < 0) {
+      // It may have said why before it ended.
+      if (receive_number() == kFailed) throw_told_failure();
+      throw_ended();
+    }
     bytes += sent;
     count -= static_cast<std::size_t>(sent);
   }
@@ -215,7 +225,7 @@ void LazWorker::receive_bytes(std::byte* bytes, std::size_t count) {
     if (received < 0 && errno == EINTR) continue;
     if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
       throw LazWorkerFailure("the decoder does not answer");
-    if (received <= 0) throw LazWorkerFailure("the decoder has ended");
+    if (received <= 0) throw_ended();
     bytes += received;
     count -= static_cast<std::size_t>(received);
   }
@@ -233,6 +243,20 @@ void LazWorker::throw_told_failure() {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
   throw LazWorkerFailure(text);
+}
+
+void LazWorker::throw_ended() const {
+  // The socket is closed a moment before the process can be waited for. What is told stays for the destructor.
+  siginfo_t ended{};
+  for (int i = 0; i < kMostWaits && ended.si_pid == 0; ++i) {
+    if (i > 0) std::this_thread::sleep_for(kWait);
+    if (::waitid(P_PID, static_cast<id_t>(process_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0)
+      break;
+  }
+  const bool was_killed =
+      ended.si_code == CLD_KILLED && (ended.si_status == SIGKILL || ended.si_status == SIGTERM);
+  throw LazWorkerFailure(was_killed ? "the decoder was killed" : "the decoder has ended",
+                         was_killed);
 }
 
 void LazWorker::send(const RandomAccessFile& file, const LazRequest& request) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "formats/random_access_file.h"
@@ -20,7 +21,14 @@ namespace cairn::formats {
 /// A worker that said it cannot decode, or that ended or fell silent. It cannot be used again.
 class LazWorkerFailure : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit LazWorkerFailure(const std::string& what, bool was_killed = false)
+      : std::runtime_error(what), was_killed_(was_killed) {}
+
+  /// Whether it was ended from outside, as where the system is short of memory: no fault of the chunk.
+  bool was_killed() const { return was_killed_; }
+
+ private:
+  bool was_killed_;
 };
 
 struct LazRequest {
@@ -58,6 +66,7 @@ class LazWorker {
   void receive_bytes(std::byte* bytes, std::size_t count);
   std::uint32_t receive_number();
   [[noreturn]] void throw_told_failure();
+  [[noreturn]] void throw_ended() const;
 
   pid_t process_ = -1;
   int socket_ = -1;
