@@ -4,6 +4,7 @@
 
 #include "formats/error.h"
 #include "formats/scans/pose_file.h"
+#include "pipeline/distinct_files.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -14,6 +15,7 @@ constexpr std::uint64_t kReadShare = 2;
 }  // namespace
 
 stages::Scans open_campaign(const CampaignOptions& options) {
+  require_distinct_files(options.scans);
   if (options.scans.empty()) formats::throw_usage("no scans are given");
   std::optional<formats::PoseFile> poses;
   if (options.poses) poses.emplace(*options.poses);

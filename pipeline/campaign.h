@@ -20,7 +20,7 @@ struct CampaignOptions {
 };
 
 /// Opens every scan, placed in the world. Throws Error as formats::open_scans and formats::PoseFile do, and kUsage
-/// where no scans are given.
+/// where no scans are given, or one is given twice.
 stages::Scans open_campaign(const CampaignOptions& options);
 
 }  // namespace cairn::pipeline

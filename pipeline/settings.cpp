@@ -4,6 +4,7 @@
 #include <glob.h>
 
 #include <algorithm>
+#include <map>
 
 #include "formats/dataset/tree.h"
 #include "formats/error.h"
@@ -22,12 +23,13 @@ std::string joined(const std::vector<std::string>& values) {
   return values.empty() ? "nothing" : "'" + text + "'";
 }
 
+bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+
 /// The files that a path of a configuration file names: itself, or those that match a pattern, in the order of
 /// their bytes.
 std::vector<std::string> files_named(const std::filesystem::path& path, const GivenValue& given) {
   const std::string text = path.string();
-  if (text.find_first_of("*?[") == std::string::npos || std::filesystem::exists(path))
-    return {text};
+  if (!is_pattern(text) || std::filesystem::exists(path)) return {text};
   glob_t found{};
   const int result = ::glob(text.c_str(), GLOB_NOSORT, nullptr, &found);
   std::vector<std::string> files(found.gl_pathv, found.gl_pathv + found.gl_pathc);
@@ -46,14 +48,20 @@ std::vector<std::string> located(const Setting& setting, const GivenValue& given
   const bool is_path = setting.kind == SettingKind::kPath || setting.kind == SettingKind::kPaths;
   if (!is_path || !given.in_file) return given.values;
   std::vector<std::string> paths;
+  // A file that a pattern names is listed once, however many of its list match it.
+  std::map<std::filesystem::path, bool> by_pattern;
   for (const std::string& value : given.values) {
     const auto& base = setting.in_folder && !folder.empty() ? folder : given.base;
     if (value.empty() || setting.kind == SettingKind::kPath) {
       paths.push_back(value.empty() ? value : (base / value).string());
       continue;
     }
-    const auto files = files_named(base / value, given);
-    paths.insert(paths.end(), files.begin(), files.end());
+    const bool pattern = is_pattern(value);
+    for (const std::string& file : files_named(base / value, given)) {
+      const auto [earlier, fresh] =
+          by_pattern.emplace(std::filesystem::path(file).lexically_normal(), pattern);
+      if (fresh || !(pattern || earlier->second)) paths.push_back(file);
+    }
   }
   return paths;
 }

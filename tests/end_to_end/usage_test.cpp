@@ -97,6 +97,19 @@ TEST_F(Usage, MissingScansAndDatasetsAreSystemErrors) {
   expect_refusal(cairn({"info", folder_ / "none.cairn"}), 4);
 }
 
+TEST_F(Usage, AScanThatIsGivenTwiceIsRefusedUnderBothNames) {
+  const std::string scan = write_tiny_ply(folder_ / "a.ply");
+  fs::create_symlink(scan, folder_ / "link.ply");
+  fs::create_hard_link(scan, folder_ / "hard.ply");
+  for (const std::string& other :
+       std::vector<std::string>{scan, (folder_ / "./a.ply").string(),
+                                (folder_ / "link.ply").string(), (folder_ / "hard.ply").string()}) {
+    const Outcome outcome = build({scan, write_tiny_ply(folder_ / "b.ply"), other});
+    expect_refusal(outcome, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("given twice, as " + scan + " and as " + other));
+  }
+}
+
 TEST_F(Usage, AConfigurationBuildsRelativeToItself) {
   write_tiny_ply(folder_ / "job/scans/a.ply");
   write_text(

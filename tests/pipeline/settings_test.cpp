@@ -142,6 +142,18 @@ TEST_F(Settings, APatternStandsForTheFilesThatMatchInTheOrderOfTheirBytes) {
   }
 }
 
+TEST_F(Settings, PatternsThatOverlapListAFileOnce) {
+  for (const char* name : {"a.las", "b.las", "c.las"}) folder_.write(name, "");
+  const auto scans = [&](const std::string& list) {
+    return resolve("output = \"a.cairn\"\nscans = [" + list + "]\n").options.campaign.scans;
+  };
+  const auto each_once = ElementsAre(folder_ / "b.las", folder_ / "a.las", folder_ / "c.las");
+  EXPECT_THAT(scans(R"("b.las", "*.las")"), each_once);
+  EXPECT_THAT(scans(R"("[b].las", "b.las", "*.las", "./*.las")"), each_once);
+  // Named twice, it is a mistake that whoever opens the scans tells.
+  EXPECT_EQ(scans(R"("b.las", "b.las")").size(), 2U);
+}
+
 TEST_F(Settings, KeepAndDropTogetherAreRefused) {
   EXPECT_THROW(resolve(std::string(kMinimum) + "keep = [\"color\"]\ndrop = [\"normal\"]\n"),
                formats::Error);
