@@ -1,4 +1,6 @@
 // Command lines, right and wrong.
+#include <csignal>
+
 #include "pipeline/settings.h"
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/tiny_scans.h"
@@ -7,6 +9,8 @@ namespace cairn::test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 class Usage : public ProgramTest {};
@@ -185,6 +189,35 @@ TEST_F(Usage, SeveralCampaignsRunOneAfterAnotherAndTheWorstCodeIsReturned) {
                    folder_ / "three.toml"})
                 .exit_code,
             0);
+}
+
+TEST_F(Usage, SeveralCampaignsOfOneOutputAreRefusedBeforeTheFirstIsBuilt) {
+  write_tiny_ply(folder_ / "a.ply", 20);
+  fs::create_directory_symlink(folder_.path(), folder_ / "here");
+  write_text(folder_ / "one.toml", "scans = [\"a.ply\"]\noutput = \"site.cairn\"\n");
+  for (const std::string other : {"site.cairn", "./site.cairn/", "here/site.cairn"}) {
+    write_text(folder_ / "two.toml", "scans = [\"a.ply\"]\noutput = \"" + other + "\"\n");
+    const Outcome outcome = cairn({"build", "--force", folder_ / "one.toml", folder_ / "two.toml"});
+    expect_refusal(outcome, 2);
+    EXPECT_THAT(outcome.err,
+                AllOf(HasSubstr("one.toml and "), HasSubstr("two.toml have the same")));
+  }
+}
+
+TEST_F(Usage, AStoppedBatchTellsWhatWasBuilt) {
+  write_tiny_ply(folder_ / "a.ply", 20);
+  write_wavy_las(folder_ / "large.las", 2000000);
+  write_text(folder_ / "one.toml", "scans = [\"a.ply\"]\noutput = \"one.cairn\"\n");
+  write_text(folder_ / "two.toml", "scans = [\"large.las\"]\noutput = \"two.cairn\"\n");
+  const Outcome outcome = run_program(
+      CAIRN_PROGRAM, {"build", "--progress", "json", folder_ / "one.toml", folder_ / "two.toml"},
+      SIGINT, "\"stage\":\"import\",\"points\":0,\"total_points\":2000000");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("what was under way changed nothing"));
+  EXPECT_THAT(outcome.out, ContainsRegex("\nbuilt +20 .*one.toml.*\nstopped .*two.toml\n"));
+  EXPECT_TRUE(fs::exists(folder_ / "one.cairn/index.bin"));
+  EXPECT_FALSE(fs::exists(folder_ / "two.cairn"));
 }
 
 TEST_F(Usage, SeveralCampaignsTellTheirOwnOutputs) {
