@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/file_names.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/human.h"
 #include "pipeline/level_statistics.h"
@@ -70,15 +71,17 @@ Json report_json(const formats::DatasetReader& dataset, const std::filesystem::p
   for (const LevelStatistics& level : level_statistics(dataset))
     levels.push_back(level_json(level, names));
   const Json told = Json::parse(dataset_json(dataset));
-  return {{"dataset", folder.filename().string()},
+  return {{"dataset", formats::without_trailing_slash(folder).filename().string()},
           {"points", told.at("points")},
           {"read", told.at("read")},
           {"dropped", told.at("dropped")},
           {"missing", told.at("missing")},
+          {"bounds", told.at("bounds")},
           {"tree", told.at("tree")},
           {"parameters", told.at("parameters")},
           {"levels", std::move(levels)},
           {"sources", told.at("sources")},
+          {"crs", told.at("crs")},
           {"run", run ? run_json(*run) : Json(nullptr)}};
 }
 
@@ -134,7 +137,7 @@ std::string bytes_table(const std::vector<LevelStatistics>& levels,
       row += fmt::format("  {:>7.3f}", static_cast<double>(level.section_bytes[s]) /
                                            static_cast<double>(level.points));
     }
-    text += fmt::format("  {:<20}  {:>12}{}\n", names[s], human_bytes(total), row);
+    text += fmt::format("  {:<20}  {:>12}{}\n", printable(names[s]), human_bytes(total), row);
   }
   return text;
 }
@@ -142,8 +145,8 @@ std::string bytes_table(const std::vector<LevelStatistics>& levels,
 std::string box_text(const Json& bounds) {
   if (!bounds.is_object()) return "nothing kept";
   const auto corner = [](const Json& p) {
-    return fmt::format("({:.3f}, {:.3f}, {:.3f})", p[0].get<double>(), p[1].get<double>(),
-                       p[2].get<double>());
+    return fmt::format("({:.3f}, {:.3f}, {:.3f})", p.at(0).get<double>(), p.at(1).get<double>(),
+                       p.at(2).get<double>());
   };
   return corner(bounds.at("min")) + " to " + corner(bounds.at("max"));
 }
@@ -176,7 +179,7 @@ std::string run_table(const BuildReport& run) {
   std::string text = fmt::format("\nCost of the build\n  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n",
                                  "stage", "points", "time", "CPU", "peak memory");
   for (const StageTiming& stage : run.stages)
-    text += fmt::format("  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n", stage.name,
+    text += fmt::format("  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n", printable(stage.name),
                         with_commas(stage.points), human_duration(stage.seconds),
                         human_duration(stage.cpu_seconds), human_bytes(stage.peak_memory_bytes));
   return text + fmt::format("  {} in all, {}, {} of memory at the peak\n",
@@ -187,7 +190,7 @@ std::string run_table(const BuildReport& run) {
 }  // namespace
 
 std::string quality_text(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
-                         const std::optional<BuildReport>& run) {
+                         const std::optional<BuildReport>& run) try {
   const std::vector<LevelStatistics> levels = level_statistics(dataset);
   const Json report = report_json(dataset, folder, run);
   std::string text =
@@ -199,11 +202,15 @@ std::string quality_text(const formats::DatasetReader& dataset, const std::files
   text += nodes_table(levels) + errors_table(levels) +
           bytes_table(levels, section_names(dataset.header())) + ledger_table(report);
   return run ? text + run_table(*run) : text;
+} catch (const Json::exception& error) {
+  refuse_metadata(folder, error.what());
 }
 
 std::string quality_json(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
-                         const std::optional<BuildReport>& run) {
+                         const std::optional<BuildReport>& run) try {
   return report_json(dataset, folder, run).dump(2, ' ', false, Json::error_handler_t::replace);
+} catch (const Json::exception& error) {
+  refuse_metadata(folder, error.what());
 }
 
 }  // namespace cairn::pipeline

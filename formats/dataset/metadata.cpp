@@ -201,10 +201,23 @@ std::optional<std::uint64_t> number_at(const Json& json, std::initializer_list<c
   return at->is_number_unsigned() ? std::optional(at->get<std::uint64_t>()) : std::nullopt;
 }
 
+/// What Cairn writes lies in fewer than ten objects and arrays. Far deeper nesting would overflow the stack of whoever
+/// walks it.
+constexpr int kMostNesting = 64;
+
+struct TooDeep {};
+
 std::optional<DecodeError> parse(std::string_view text, Json& json) {
+  const auto require_depth = [](int depth, Json::parse_event_t, const Json&) {
+    if (depth > kMostNesting) throw TooDeep();
+    return true;
+  };
   try {
-    json = Json::parse(text);
+    json = Json::parse(text, require_depth);
     return std::nullopt;
+  } catch (const TooDeep&) {
+    return DecodeError{"the metadata is nested too deeply", 0, "more levels",
+                       std::to_string(kMostNesting) + " at most"};
   } catch (const Json::parse_error& e) {
     return DecodeError{"the metadata is not JSON", e.byte, "something else", "JSON"};
   } catch (const Json::exception&) {

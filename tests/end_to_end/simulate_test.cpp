@@ -194,6 +194,14 @@ TEST_F(Simulate, AFolderMayHaveAnyName) {
   EXPECT_TRUE(std::filesystem::exists(folder + ".cairn/index.bin"));
 }
 
+TEST_F(Simulate, NoControlCharactersOfANameReachTheTerminal) {
+  const Outcome made =
+      cairn({"simulate", scene(), "--progress", "none", "-o", folder_ / "\x1b[31mred"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(made.out.find('\x1b'), std::string::npos) << made.out;
+  EXPECT_THAT(made.out, HasSubstr("?[31mred/campaign.toml"));
+}
+
 TEST_F(Simulate, RefusesWhatCannotBe) {
   expect_nothing_made(simulate({folder_ / "none.toml"}), 4);
   expect_nothing_made(simulate({scene(), "--points", "0"}), 2);
