@@ -191,6 +191,28 @@ TEST_F(Usage, SeveralCampaignsRunOneAfterAnotherAndTheWorstCodeIsReturned) {
             0);
 }
 
+TEST_F(Usage, VerifyTakesOneConfigurationOrScansAndWhatTellsOfThem) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  for (const char* name : {"a.toml", "b.toml"}) write_text(folder_ / name, "scans = [\"a.ply\"]\n");
+  const auto verify = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"verify", "--progress", "none", output()});
+    return cairn(arguments);
+  };
+  EXPECT_EQ(verify({"--against", folder_ / "a.toml"}).exit_code, 0);
+  for (const std::string other : {"b.toml", "a.ply"}) {
+    const Outcome outcome = verify({"--against", folder_ / "a.toml", folder_ / other});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("--against takes one configuration file, or scans"));
+  }
+  for (const std::vector<std::string>& flags :
+       {std::vector<std::string>{"--poses", folder_ / "p.tsv"}, {"--allow-truncated"}}) {
+    const Outcome outcome = verify(flags);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr(flags.front() + " tells of scans: --against them"));
+  }
+}
+
 TEST_F(Usage, SeveralCampaignsOfOneOutputAreRefusedBeforeTheFirstIsBuilt) {
   write_tiny_ply(folder_ / "a.ply", 20);
   fs::create_directory_symlink(folder_.path(), folder_ / "here");
