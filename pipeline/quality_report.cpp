@@ -4,7 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/dataset/metadata.h"
 #include "formats/file_names.h"
+#include "formats/scans/crs.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/human.h"
 #include "pipeline/level_statistics.h"
@@ -151,7 +153,20 @@ std::string box_text(const Json& bounds) {
   return corner(bounds.at("min")) + " to " + corner(bounds.at("max"));
 }
 
-std::string ledger_table(const Json& report) {
+/// What the dataset's coordinate system is called; empty if it has none.
+std::string crs_text(const formats::DatasetReader& dataset, const std::filesystem::path& folder) {
+  std::vector<formats::VariableLengthRecord> records;
+  if (const auto error = formats::read_metadata_crs(dataset.metadata(), records))
+    refuse_metadata(folder, error->what);
+  return printable(formats::crs_name(records));
+}
+
+std::string source_crs_text(const Json& source, const std::string& crs) {
+  if (source.contains("replaced_crs")) return "its coordinate system is replaced by " + crs;
+  return source.at("crs").empty() ? "no coordinate system" : "with a coordinate system";
+}
+
+std::string ledger_table(const Json& report, const std::string& crs) {
   std::string text = fmt::format(
       "\nLedger: what became of the scans' records\n"
       "  {:>14}  {:>14}  {:>14}  {:>11}  {:>10}  {:>10}  {}\n",
@@ -169,8 +184,7 @@ std::string ledger_table(const Json& report) {
                     with_commas(number("missing")), printable(source.at("name").get<std::string>()),
                     printable(source.at("format").get<std::string>()));
     text +=
-        fmt::format("      {}; {}\n", box_text(source.at("bounds")),
-                    source.at("crs").empty() ? "no coordinate system" : "with a coordinate system");
+        fmt::format("      {}; {}\n", box_text(source.at("bounds")), source_crs_text(source, crs));
   }
   return text;
 }
@@ -199,8 +213,10 @@ std::string quality_text(const formats::DatasetReader& dataset, const std::files
                   with_commas(report.at("read").get<std::uint64_t>()),
                   with_commas(report.at("dropped").get<std::uint64_t>()),
                   with_commas(report.at("missing").get<std::uint64_t>()));
+  const std::string crs = crs_text(dataset, folder);
+  text += fmt::format("  coordinate system: {}\n", crs.empty() ? "none" : crs);
   text += nodes_table(levels) + errors_table(levels) +
-          bytes_table(levels, section_names(dataset.header())) + ledger_table(report);
+          bytes_table(levels, section_names(dataset.header())) + ledger_table(report, crs);
   return run ? text + run_table(*run) : text;
 } catch (const Json::exception& error) {
   refuse_metadata(folder, error.what());

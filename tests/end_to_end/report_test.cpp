@@ -109,6 +109,25 @@ TEST_F(Report, TellsTheDatasetItsBoundsAndItsCoordinateSystem) {
   EXPECT_EQ(report["crs"]["records"].size(), 1U);
 }
 
+TEST_F(Report, TheLedgerTellsACoordinateSystemThatWasReplaced) {
+  const std::string plain = write_wavy_las(folder_ / "plain.las", 100);
+  const std::string referenced = folder_ / "referenced.las";
+  ASSERT_EQ(build({plain, "--crs", "EPSG:25832"}).exit_code, 0);
+  EXPECT_THAT(cairn({"report", output()}).out, HasSubstr("coordinate system: EPSG:25832"));
+  ASSERT_EQ(cairn({"export", "--progress", "none", output(), "-o", referenced}).exit_code, 0);
+  ASSERT_EQ(build({plain, referenced, "--crs", "EPSG:4326", "--force"}).exit_code, 0);
+  const Json crs = report()["crs"], sources = report()["sources"];
+  EXPECT_FALSE(sources[0].contains("replaced_crs"));
+  EXPECT_EQ(sources[1]["replaced_crs"], Json::array({0}));
+  EXPECT_EQ(sources[1]["crs"], Json::array());
+  EXPECT_EQ(crs["records"].size(), 1U);
+  EXPECT_EQ(crs["replaced"].size(), 1U);
+  EXPECT_NE(crs["replaced"][0]["data_base64"], crs["records"][0]["data_base64"]);
+  const std::string text = cairn({"report", output()}).out;
+  EXPECT_THAT(text, HasSubstr("; no coordinate system\n"));
+  EXPECT_THAT(text, HasSubstr("; its coordinate system is replaced by EPSG:4326\n"));
+}
+
 TEST_F(Report, MetadataWithoutWhatItsFormatDemandsIsBadInput) {
   ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
   const std::string metadata = read_text(output() + "/metadata.json");
