@@ -22,10 +22,14 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+fs::path without_trailing_slash(fs::path path) {
+  while (path.filename().empty() && path.has_parent_path() && path != path.root_path())
+    path = path.parent_path();
+  return path;
+}
+
 fs::path followed(const fs::path& path) {
-  fs::path name = path;
-  while (name.filename().empty() && name.has_parent_path() && name != name.root_path())
-    name = name.parent_path();
+  const fs::path name = without_trailing_slash(path);
   if (!fs::is_symlink(name)) return name;
   std::error_code error;
   fs::path target = fs::canonical(name, error);

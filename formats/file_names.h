@@ -12,6 +12,9 @@ std::filesystem::path with_suffix(std::filesystem::path path, const std::string&
 /// The folder that `path` names an entry of; "." for a bare name.
 std::filesystem::path folder_of(const std::filesystem::path& path);
 
+/// "site.cairn" for "site.cairn/": the same place, with a last part that names it.
+std::filesystem::path without_trailing_slash(std::filesystem::path path);
+
 /// `path` without a trailing slash, and what it points to if it is a symbolic link: a rename would replace the link
 /// instead. Throws Error (kUsage) for a link to nothing.
 std::filesystem::path followed(const std::filesystem::path& path);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -147,7 +148,8 @@ formats::SourceSummary summary_of(const formats::ScanInfo& info, const stages::S
                                  .no_return = ledger.no_return,
                                  .missing = ledger.missing(),
                                  .box = ledger.box,
-                                 .crs = {}};
+                                 .crs = {},
+                                 .replaced_crs = {}};
   for (const formats::VariableLengthRecord& record : info.crs) {
     const auto known = std::find(crs.begin(), crs.end(), record);
     summary.crs.push_back(static_cast<std::size_t>(known - crs.begin()));
@@ -189,8 +191,9 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
   for (std::size_t s = 0; s < scans.size(); ++s)
     extras.sources.push_back(summary_of(scans[s]->info(), ledger[s], extras.crs));
   if (!options.crs.empty()) {
-    extras.crs = *formats::crs_records(options.crs);
-    for (formats::SourceSummary& source : extras.sources) source.crs.clear();
+    extras.replaced_crs = std::exchange(extras.crs, *formats::crs_records(options.crs));
+    for (formats::SourceSummary& source : extras.sources)
+      source.replaced_crs = std::exchange(source.crs, {});
   }
   return extras;
 }

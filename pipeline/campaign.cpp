@@ -1,12 +1,13 @@
 #include "pipeline/campaign.h"
 
+#include <fmt/format.h>
+
 #include <map>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "formats/error.h"
 #include "formats/scans/pose_file.h"
+#include "pipeline/distinct_files.h"
 #include "pipeline/human.h"
 #include "pipeline/memory_budget.h"
 
@@ -60,6 +61,7 @@ void require_one_scan(const stages::Scans& scans) {
 }  // namespace
 
 stages::Scans open_campaign(const CampaignOptions& options) {
+  require_distinct_files(options.scans);
   if (options.scans.empty()) formats::throw_usage("no scans are given");
   if (options.poses_tell_sensors_only && !options.poses)
     formats::throw_usage("poses_tell: no poses are given that could tell where sensors stood");

@@ -77,7 +77,8 @@ std::string schema_lines(const Json& json) {
 
 /// Digits behind the point that tell a step of the grid apart.
 int decimals_of(double step) {
-  return std::clamp(static_cast<int>(std::ceil(-std::log10(step))), 0, 12);
+  const double digits = std::ceil(-std::log10(step));  // anything, where the metadata is hostile
+  return digits > 0 ? static_cast<int>(std::min(digits, 12.0)) : 0;
 }
 
 std::string bounds_lines(const Json& json) {
@@ -86,9 +87,9 @@ std::string bounds_lines(const Json& json) {
   const Json& step = json.at("grid").at("step");
   std::string text;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto least = low[axis].get<double>();
-    const auto most = high[axis].get<double>();
-    const auto length = step[axis].get<double>();
+    const auto least = low.at(axis).get<double>();
+    const auto most = high.at(axis).get<double>();
+    const auto length = step.at(axis).get<double>();
     text +=
         line(axis == 0 ? "bounds" : "",
              fmt::format("{}  {:>17.{}f} to {:>17.{}f}, in steps of {}", "xyz"[axis], least,
@@ -168,9 +169,13 @@ std::string dataset_text(const formats::DatasetReader& dataset,
          bounds_lines(json) + tree_lines(json) + size_line(json, stored_points(json)) +
          settings_lines(json) + levels_table(json);
 } catch (const Json::exception& error) {
+  refuse_metadata(folder, error.what());
+}
+
+void refuse_metadata(const std::filesystem::path& folder, const std::string& found) {
   formats::throw_input({.what = "the metadata lacks what its format demands",
                         .path = folder / formats::dataset_file::kMetadata,
-                        .found = error.what()});
+                        .found = found});
 }
 
 std::string build_text(const BuildReport& report, std::uint64_t points) {

@@ -96,6 +96,7 @@ void LockedFolder::claim() {
     note_left_ = read_note(path_);
     empty_folder(path_);
   } else {
+    taken_over_ = false;  // an empty folder tells of no run, whoever made it
     formats::OutputFile::create(path_ / kMarker);
   }
 }

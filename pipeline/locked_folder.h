@@ -19,7 +19,7 @@ class LockedFolder {
   LockedFolder& operator=(LockedFolder&&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  /// Whether a killed run had left this folder behind.
+  /// Whether a killed run had left this folder behind, with its mark.
   bool taken_over() const { return taken_over_; }
   /// The note of that run; empty if it left none.
   const std::string& note_left() const { return note_left_; }

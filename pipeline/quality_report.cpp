@@ -4,6 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/dataset/metadata.h"
+#include "formats/file_names.h"
+#include "formats/scans/crs.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/human.h"
 #include "pipeline/level_statistics.h"
@@ -70,15 +73,17 @@ Json report_json(const formats::DatasetReader& dataset, const std::filesystem::p
   for (const LevelStatistics& level : level_statistics(dataset))
     levels.push_back(level_json(level, names));
   const Json told = Json::parse(dataset_json(dataset));
-  return {{"dataset", folder.filename().string()},
+  return {{"dataset", formats::without_trailing_slash(folder).filename().string()},
           {"points", told.at("points")},
           {"read", told.at("read")},
           {"dropped", told.at("dropped")},
           {"missing", told.at("missing")},
+          {"bounds", told.at("bounds")},
           {"tree", told.at("tree")},
           {"parameters", told.at("parameters")},
           {"levels", std::move(levels)},
           {"sources", told.at("sources")},
+          {"crs", told.at("crs")},
           {"run", run ? run_json(*run) : Json(nullptr)}};
 }
 
@@ -134,7 +139,7 @@ std::string bytes_table(const std::vector<LevelStatistics>& levels,
       row += fmt::format("  {:>7.3f}", static_cast<double>(level.section_bytes[s]) /
                                            static_cast<double>(level.points));
     }
-    text += fmt::format("  {:<20}  {:>12}{}\n", names[s], human_bytes(total), row);
+    text += fmt::format("  {:<20}  {:>12}{}\n", printable(names[s]), human_bytes(total), row);
   }
   return text;
 }
@@ -142,13 +147,26 @@ std::string bytes_table(const std::vector<LevelStatistics>& levels,
 std::string box_text(const Json& bounds) {
   if (!bounds.is_object()) return "nothing kept";
   const auto corner = [](const Json& p) {
-    return fmt::format("({:.3f}, {:.3f}, {:.3f})", p[0].get<double>(), p[1].get<double>(),
-                       p[2].get<double>());
+    return fmt::format("({:.3f}, {:.3f}, {:.3f})", p.at(0).get<double>(), p.at(1).get<double>(),
+                       p.at(2).get<double>());
   };
   return corner(bounds.at("min")) + " to " + corner(bounds.at("max"));
 }
 
-std::string ledger_table(const Json& report) {
+/// What the dataset's coordinate system is called; empty if it has none.
+std::string crs_text(const formats::DatasetReader& dataset, const std::filesystem::path& folder) {
+  std::vector<formats::VariableLengthRecord> records;
+  if (const auto error = formats::read_metadata_crs(dataset.metadata(), records))
+    refuse_metadata(folder, error->what);
+  return printable(formats::crs_name(records));
+}
+
+std::string source_crs_text(const Json& source, const std::string& crs) {
+  if (source.contains("replaced_crs")) return "its coordinate system is replaced by " + crs;
+  return source.at("crs").empty() ? "no coordinate system" : "with a coordinate system";
+}
+
+std::string ledger_table(const Json& report, const std::string& crs) {
   std::string text = fmt::format(
       "\nLedger: what became of the scans' records\n"
       "  {:>14}  {:>14}  {:>14}  {:>11}  {:>10}  {:>10}  {}\n",
@@ -166,8 +184,7 @@ std::string ledger_table(const Json& report) {
                     with_commas(number("missing")), printable(source.at("name").get<std::string>()),
                     printable(source.at("format").get<std::string>()));
     text +=
-        fmt::format("      {}; {}\n", box_text(source.at("bounds")),
-                    source.at("crs").empty() ? "no coordinate system" : "with a coordinate system");
+        fmt::format("      {}; {}\n", box_text(source.at("bounds")), source_crs_text(source, crs));
   }
   return text;
 }
@@ -176,7 +193,7 @@ std::string run_table(const BuildReport& run) {
   std::string text = fmt::format("\nCost of the build\n  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n",
                                  "stage", "points", "time", "CPU", "peak memory");
   for (const StageTiming& stage : run.stages)
-    text += fmt::format("  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n", stage.name,
+    text += fmt::format("  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n", printable(stage.name),
                         with_commas(stage.points), human_duration(stage.seconds),
                         human_duration(stage.cpu_seconds), human_bytes(stage.peak_memory_bytes));
   return text + fmt::format("  {} in all, {}, {} of memory at the peak\n",
@@ -187,7 +204,7 @@ std::string run_table(const BuildReport& run) {
 }  // namespace
 
 std::string quality_text(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
-                         const std::optional<BuildReport>& run) {
+                         const std::optional<BuildReport>& run) try {
   const std::vector<LevelStatistics> levels = level_statistics(dataset);
   const Json report = report_json(dataset, folder, run);
   std::string text =
@@ -196,14 +213,20 @@ std::string quality_text(const formats::DatasetReader& dataset, const std::files
                   with_commas(report.at("read").get<std::uint64_t>()),
                   with_commas(report.at("dropped").get<std::uint64_t>()),
                   with_commas(report.at("missing").get<std::uint64_t>()));
+  const std::string crs = crs_text(dataset, folder);
+  text += fmt::format("  coordinate system: {}\n", crs.empty() ? "none" : crs);
   text += nodes_table(levels) + errors_table(levels) +
-          bytes_table(levels, section_names(dataset.header())) + ledger_table(report);
+          bytes_table(levels, section_names(dataset.header())) + ledger_table(report, crs);
   return run ? text + run_table(*run) : text;
+} catch (const Json::exception& error) {
+  refuse_metadata(folder, error.what());
 }
 
 std::string quality_json(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
-                         const std::optional<BuildReport>& run) {
+                         const std::optional<BuildReport>& run) try {
   return report_json(dataset, folder, run).dump(2, ' ', false, Json::error_handler_t::replace);
+} catch (const Json::exception& error) {
+  refuse_metadata(folder, error.what());
 }
 
 }  // namespace cairn::pipeline

@@ -11,7 +11,8 @@
 
 namespace cairn::pipeline {
 
-/// As aligned tables. `run` is what run.json tells, if it is there.
+/// As aligned tables. `run` is what run.json tells, if it is there. Throws Error (kInput) where the metadata lacks what
+/// its format demands.
 std::string quality_text(const formats::DatasetReader& dataset, const std::filesystem::path& folder,
                          const std::optional<BuildReport>& run);
 

@@ -4,6 +4,7 @@
 #include <glob.h>
 
 #include <algorithm>
+#include <map>
 
 #include "formats/dataset/tree.h"
 #include "formats/error.h"
@@ -22,19 +23,32 @@ std::string joined(const std::vector<std::string>& values) {
   return values.empty() ? "nothing" : "'" + text + "'";
 }
 
+bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+
+/// The folder as the part of a pattern that matches its name alone.
+std::string escaped(const std::filesystem::path& folder) {
+  std::string text;
+  for (const char c : folder.string()) {
+    if (std::string_view("*?[]\\").find(c) != std::string_view::npos) text += '\\';
+    text += c;
+  }
+  return text;
+}
+
 /// The files that a path of a configuration file names: itself, or those that match a pattern, in the order of
 /// their bytes.
-std::vector<std::string> files_named(const std::filesystem::path& path, const GivenValue& given) {
-  const std::string text = path.string();
-  if (text.find_first_of("*?[") == std::string::npos || std::filesystem::exists(path))
-    return {text};
+std::vector<std::string> files_named(const std::filesystem::path& base, const std::string& value,
+                                     const GivenValue& given) {
+  const std::filesystem::path path = base / value;
+  if (!is_pattern(value) || std::filesystem::exists(path)) return {path.string()};
+  const std::string pattern = std::filesystem::path(escaped(base)) / value;
   glob_t found{};
-  const int result = ::glob(text.c_str(), GLOB_NOSORT, nullptr, &found);
+  const int result = ::glob(pattern.c_str(), GLOB_NOSORT, nullptr, &found);
   std::vector<std::string> files(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   ::globfree(&found);
   if (result != 0 || files.empty())
     throw Error(ErrorKind::kUsage,
-                {.what = given.origin, .found = "no file that matches '" + text + "'"});
+                {.what = given.origin, .found = "no file that matches '" + path.string() + "'"});
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -46,14 +60,20 @@ std::vector<std::string> located(const Setting& setting, const GivenValue& given
   const bool is_path = setting.kind == SettingKind::kPath || setting.kind == SettingKind::kPaths;
   if (!is_path || !given.in_file) return given.values;
   std::vector<std::string> paths;
+  // A file that a pattern names is listed once, however many of its list match it.
+  std::map<std::filesystem::path, bool> by_pattern;
   for (const std::string& value : given.values) {
     const auto& base = setting.in_folder && !folder.empty() ? folder : given.base;
     if (value.empty() || setting.kind == SettingKind::kPath) {
       paths.push_back(value.empty() ? value : (base / value).string());
       continue;
     }
-    const auto files = files_named(base / value, given);
-    paths.insert(paths.end(), files.begin(), files.end());
+    const bool pattern = is_pattern(value);
+    for (const std::string& file : files_named(base, value, given)) {
+      const auto [earlier, fresh] =
+          by_pattern.emplace(std::filesystem::path(file).lexically_normal(), pattern);
+      if (fresh || !(pattern || earlier->second)) paths.push_back(file);
+    }
   }
   return paths;
 }
@@ -98,15 +118,25 @@ void check_together(const BuildOptions& options) {
         options.node_points, children));
 }
 
+/// The `folder` that is given; empty if there is none.
+std::filesystem::path folder_of_scans(const SettingLayer& all) {
+  const auto given = all.find("folder");
+  if (given == all.end() || given->second.values.empty()) return {};
+  const std::filesystem::path folder = located(*find_setting("folder"), given->second, {}).front();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw Error(ErrorKind::kUsage, {.what = given->second.origin,
+                                    .found = "no folder at '" + folder.string() + "'",
+                                    .expected = std::string(find_setting("folder")->allowed)});
+  return folder;
+}
+
 BuildSettings resolve(const SettingLayer& flags,
                       const std::optional<std::filesystem::path>& config) {
   SettingLayer chosen = config ? read_config(*config) : SettingLayer{};
   lay_over(chosen, flags);
   SettingLayer all = preset_layer(chosen);
   lay_over(all, chosen);
-  std::filesystem::path folder;
-  if (const auto given = all.find("folder"); given != all.end() && !given->second.values.empty())
-    folder = located(*find_setting("folder"), given->second, {}).front();
+  const std::filesystem::path folder = folder_of_scans(all);
   BuildSettings settings;
   for (auto& [key, given] : all) {
     const Setting& setting = *find_setting(key);

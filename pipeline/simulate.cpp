@@ -12,11 +12,14 @@
 #include <utility>
 
 #include "formats/error.h"
+#include "formats/file_names.h"
 #include "formats/output_file.h"
 #include "formats/scans/scan_writer.h"
+#include "pipeline/config.h"
 #include "pipeline/locked_folder.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/publish.h"
+#include "pipeline/toml_text.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -25,11 +28,18 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPoses = "poses.tsv";
 constexpr const char* kCampaign = "campaign.toml";
+/// How every campaign.toml of simulate begins, which tells its folders from those of others.
+constexpr std::string_view kMadeBy = "# Made by cairn simulate from the scene ";
 
-fs::path without_trailing_slash(fs::path path) {
-  while (path.filename().empty() && path.has_parent_path() && path != path.root_path())
-    path = path.parent_path();
-  return path;
+/// The files that a campaign of simulate consists of, by its campaign.toml; none if that is not simulate's.
+std::set<std::string> files_of_campaign(const fs::path& folder) {
+  const std::string text = read_toml_text(folder / kCampaign);
+  if (!text.starts_with(kMadeBy)) return {};
+  std::set<std::string> files{kPoses, kCampaign};
+  const SettingLayer told = parse_config(text, (folder / kCampaign).string(), {});
+  if (const auto scans = told.find("scans"); scans != told.end())
+    files.insert(scans->second.values.begin(), scans->second.values.end());
+  return files;
 }
 
 /// Throws kUsage for a folder that holds anything that simulate does not make.
@@ -39,14 +49,16 @@ void require_campaign_or_nothing(const fs::path& output) {
       "--force replaces simulated campaigns only, and " + output.string() + " ";
   if (!fs::is_directory(output) || fs::is_symlink(output))
     formats::throw_usage(refusal + "is not a folder");
-  for (const auto& entry : fs::directory_iterator(output)) {
-    const fs::path name = entry.path().filename();
-    if (name != kPoses && name != kCampaign && name.extension() != ".ply" &&
-        name.extension() != ".las")
-      formats::throw_usage(refusal + "holds " + name.string() + ", which is no part of one");
-  }
   for (const char* needed : {kPoses, kCampaign})
-    if (!fs::exists(output / needed)) formats::throw_usage(refusal + "holds no " + needed);
+    if (!fs::is_regular_file(output / needed)) formats::throw_usage(refusal + "holds no " + needed);
+  const std::set<std::string> files = files_of_campaign(output);
+  if (files.empty())
+    formats::throw_usage(refusal + "holds a " + kCampaign + " that simulate did not make");
+  for (const auto& entry : fs::directory_iterator(output)) {
+    const std::string name = entry.path().filename().string();
+    if (!files.contains(name) || entry.symlink_status().type() != fs::file_type::regular)
+      formats::throw_usage(refusal + "holds " + name + ", which is no part of one");
+  }
 }
 
 void write_text_file(const fs::path& path, const std::string& text) {
@@ -68,8 +80,7 @@ std::string poses_text(const SceneFile& scene, const SimulateReport& report) {
 
 std::string campaign_text(const SceneFile& scene, const SimulateReport& report,
                           const std::string& name) {
-  std::string text =
-      fmt::format("# Made by cairn simulate from the scene {}.\nscans = [\n", scene.name);
+  std::string text = fmt::format("{}{}.\nscans = [\n", kMadeBy, scene.name);
   for (const StationReport& station : report.stations)
     text += fmt::format("  \"{}\",\n", station.file);
   text += fmt::format("]\nposes = \"{}\"\n", kPoses);
@@ -112,7 +123,7 @@ fs::path make_folder(const fs::path& path) {
 SimulateReport simulate(const SceneFile& scene_file, const SimulateOptions& options,
                         stages::ProgressSink* progress, const std::stop_token& stop) {
   const auto begin = std::chrono::steady_clock::now();
-  const fs::path output = without_trailing_slash(options.output);
+  const fs::path output = formats::without_trailing_slash(options.output);
   require_free_place(output, options.force);
   require_campaign_or_nothing(output);
   SceneFile scene = scene_file;

@@ -34,8 +34,8 @@ std::string simulate_text(const SimulateReport& report, const std::filesystem::p
   for (const StationReport& station : report.stations)
     width = std::max(width, station.station.size());
   std::string text =
-      fmt::format("{}\n  {:<{}} {:>15} {:>14} {:>14} {:>10}  file\n", output.string(), "station",
-                  width, "raster", "rays", "points", "size");
+      fmt::format("{}\n  {:<{}} {:>15} {:>14} {:>14} {:>10}  file\n", printable(output.string()),
+                  "station", width, "raster", "rays", "points", "size");
   for (const StationReport& station : report.stations)
     text += row(station, width, fmt::format("{} x {}", station.columns, station.rows));
   if (report.stations.size() > 1) text += row(sum, width, "");
@@ -44,7 +44,7 @@ std::string simulate_text(const SimulateReport& report, const std::filesystem::p
                      100 * static_cast<double>(sum.points) / static_cast<double>(sum.rays),
                      count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
                      static_cast<double>(sum.rays) / report.elapsed_s / 1e6,
-                     (output / "campaign.toml").string());
+                     printable((output / "campaign.toml").string()));
 }
 
 std::string simulate_json(const SimulateReport& report, const std::filesystem::path& output) {

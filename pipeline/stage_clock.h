@@ -1,6 +1,7 @@
 // Measures the stages on their way to the one who shows them: a ProgressSink around another.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <vector>
 
@@ -15,15 +16,20 @@ class StageClock : public stages::ProgressSink {
   explicit StageClock(stages::ProgressSink& shown) : shown_(shown), start_(Clock::now()) {}
 
   void begin(std::string_view stage, std::uint64_t total_points) override {
-    timings_.push_back({.name = std::string(stage), .points = total_points});
+    timings_.push_back({.name = std::string(stage)});
+    points_ = 0;
     stage_start_ = Clock::now();
     cpu_start_s_ = cpu_seconds();
     restart_peak_memory();
     shown_.begin(stage, total_points);
   }
-  void advance(std::uint64_t points) override { shown_.advance(points); }
+  void advance(std::uint64_t points) override {
+    points_.fetch_add(points, std::memory_order_relaxed);
+    shown_.advance(points);
+  }
   void end() override {
     if (!timings_.empty()) {
+      timings_.back().points = points_;
       timings_.back().seconds = seconds_since(stage_start_);
       timings_.back().cpu_seconds = cpu_seconds() - cpu_start_s_;
       timings_.back().peak_memory_bytes = peak_memory_bytes();
@@ -31,7 +37,7 @@ class StageClock : public stages::ProgressSink {
     shown_.end();
   }
 
-  /// The stages that have ended, and the one that goes on, with 0 seconds.
+  /// The stages that have ended, and the one that goes on, with 0 points and seconds.
   const std::vector<StageTiming>& timings() const { return timings_; }
   /// Since this clock was made.
   double elapsed_s() const { return seconds_since(start_); }
@@ -46,6 +52,7 @@ class StageClock : public stages::ProgressSink {
   Clock::time_point start_;
   Clock::time_point stage_start_;
   double cpu_start_s_ = 0;
+  std::atomic<std::uint64_t> points_ = 0;  ///< handled by the stage so far, whatever it expected
   std::vector<StageTiming> timings_;
 };
 

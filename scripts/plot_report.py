@@ -13,10 +13,12 @@ import argparse
 import json
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError as error:
+    sys.exit(f"plot_report.py: error: {error}; Debian has it as python3-matplotlib")
 
 BLUE, ORANGE, GREEN, RED, GREY = "#31688e", "#e08214", "#35b779", "#b2182b", "#9a9a9a"
 

@@ -2,7 +2,7 @@
 # Installs what the build needs on Debian 12, if it is missing; does nothing when all is there.
 #
 #   scripts/setup.sh            compiler, CMake and libraries
-#   scripts/setup.sh checks     these, and Clang with its sanitizers, clang-format and clang-tidy
+#   scripts/setup.sh checks     these, Clang with its sanitizers, clang-format and clang-tidy, and matplotlib
 set -euo pipefail
 
 packages=(
@@ -12,7 +12,8 @@ packages=(
   libembree-dev libflann-dev liblz4-dev libpcl-dev
 )
 if [[ "${1:-}" == checks ]]; then
-  packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev)
+  packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev
+    python3-matplotlib)
 elif [[ $# -gt 0 ]]; then
   grep '^#   ' "$0" >&2
   exit 2

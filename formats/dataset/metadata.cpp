@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/dataset/index_file.h"
+#include "formats/scans/crs.h"
 
 namespace cairn::formats {
 namespace {
@@ -150,7 +151,7 @@ Json bounds_json(const Grid& grid, const GridBox& box) {
 
 Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
   Json list = Json::array();
-  for (const SourceSummary& source : sources)
+  for (const SourceSummary& source : sources) {
     list.push_back(
         {{"name", source.name},
          {"format", source.format},
@@ -160,24 +161,26 @@ Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
          {"missing", source.missing},
          {"bounds", bounds_json(grid, source.box)},
          {"crs", source.crs}});
+    if (!source.replaced_crs.empty()) list.back()["replaced_crs"] = source.replaced_crs;
+  }
   return list;
 }
 
-Json crs_json(const std::vector<VariableLengthRecord>& records) {
-  constexpr std::uint16_t kWktRecord = 2112;  // LAS 1.4, "OGC Coordinate System WKT Record"
-  Json wkt = nullptr;
+Json records_json(const std::vector<VariableLengthRecord>& records) {
   Json list = Json::array();
-  for (const VariableLengthRecord& record : records) {
-    if (record.record_id == kWktRecord && wkt.is_null()) {
-      std::string text(reinterpret_cast<const char*>(record.data.data()), record.data.size());
-      wkt = text.substr(0, text.find('\0'));
-    }
+  for (const VariableLengthRecord& record : records)
     list.push_back({{"user_id", record.user_id},
                     {"record_id", record.record_id},
                     {"description", record.description},
                     {"data_base64", base64_of(record.data)}});
-  }
-  return {{"wkt", wkt}, {"records", std::move(list)}};
+  return list;
+}
+
+Json crs_json(const MetadataExtras& extras) {
+  const auto wkt = wkt_of(extras.crs);
+  Json json{{"wkt", wkt ? Json(*wkt) : Json(nullptr)}, {"records", records_json(extras.crs)}};
+  if (!extras.replaced_crs.empty()) json["replaced"] = records_json(extras.replaced_crs);
+  return json;
 }
 
 Json parameters_json(const MetadataExtras& extras) {
@@ -201,10 +204,23 @@ std::optional<std::uint64_t> number_at(const Json& json, std::initializer_list<c
   return at->is_number_unsigned() ? std::optional(at->get<std::uint64_t>()) : std::nullopt;
 }
 
+/// What Cairn writes lies in fewer than ten objects and arrays. Far deeper nesting would overflow the stack of whoever
+/// walks it.
+constexpr int kMostNesting = 64;
+
+struct TooDeep {};
+
 std::optional<DecodeError> parse(std::string_view text, Json& json) {
+  const auto require_depth = [](int depth, Json::parse_event_t, const Json&) {
+    if (depth > kMostNesting) throw TooDeep();
+    return true;
+  };
   try {
-    json = Json::parse(text);
+    json = Json::parse(text, require_depth);
     return std::nullopt;
+  } catch (const TooDeep&) {
+    return DecodeError{"the metadata is nested too deeply", 0, "more levels",
+                       std::to_string(kMostNesting) + " at most"};
   } catch (const Json::parse_error& e) {
     return DecodeError{"the metadata is not JSON", e.byte, "something else", "JSON"};
   } catch (const Json::exception&) {
@@ -238,7 +254,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"bytes", bytes_json(header, nodes)},
       {"parameters", parameters_json(extras)},
       {"sources", sources_json(header.grid, extras.sources)},
-      {"crs", crs_json(extras.crs)},
+      {"crs", crs_json(extras)},
   };
   // Names and descriptions come from outside and need not be UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -27,6 +27,7 @@ struct SourceSummary {
   std::uint64_t missing = 0;
   GridBox box;                   ///< tight box of the kept points; empty if there are none
   std::vector<std::size_t> crs;  ///< the scan's records, as indices into MetadataExtras::crs
+  std::vector<std::size_t> replaced_crs;  ///< or into MetadataExtras::replaced_crs
 };
 
 /// What the metadata holds that the index does not.
@@ -36,6 +37,8 @@ struct MetadataExtras {
   std::vector<std::pair<std::string, std::string>> parameters;
   std::vector<SourceSummary> sources;
   std::vector<VariableLengthRecord> crs;  ///< as the inputs have them, each once
+  /// Those of the inputs, where `crs` is what the user says instead.
+  std::vector<VariableLengthRecord> replaced_crs;
 };
 
 /// The text of metadata.json. `nodes` are all records, in id order, with final section offsets. Throws
@@ -43,7 +46,7 @@ struct MetadataExtras {
 std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
                            const MetadataExtras& extras);
 
-/// Whether the text is a JSON object without numbers that no double holds. What it says is not checked.
+/// Whether the text is a JSON object, nested at most 64 deep, without numbers that no double holds. What it says is not checked.
 [[nodiscard]] std::optional<DecodeError> check_metadata_text(std::string_view text);
 
 /// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing;

@@ -11,11 +11,11 @@ namespace cairn::formats {
 namespace {
 
 constexpr std::uint16_t kGeoKeyRecord = 34735;
-constexpr std::uint16_t kWktRecord = 2112;
+constexpr std::uint16_t kWktRecord = 2112;  // LAS 1.4, "OGC Coordinate System WKT Record"
 
 // GeoTIFF 1.1: keys and values of the directory.
 constexpr std::uint16_t kModelTypeKey = 1024, kGeographicCodeKey = 2048, kProjectedCodeKey = 3072;
-constexpr std::uint16_t kProjected = 1, kGeographic = 2;
+constexpr std::uint16_t kProjected = 1, kGeographic = 2, kUserDefined = 32767;
 
 VariableLengthRecord record(std::uint16_t id, std::vector<std::byte> data) {
   return {
@@ -48,7 +48,40 @@ bool begins_wkt(std::string_view text) {
                      [&](std::string_view word) { return text.starts_with(word); });
 }
 
+/// The code that a directory of GeoTIFF keys names, the projected system's first.
+std::optional<std::uint16_t> code_of(const VariableLengthRecord& keys) {
+  std::optional<std::uint16_t> code;
+  const auto word = [&](std::size_t i) { return load_le<std::uint16_t>(&keys.data[2 * i]); };
+  // After four words of a header, four a key: its number, where its value stands, how many, the value.
+  for (std::size_t i = 4; 2 * (i + 4) <= keys.data.size(); i += 4) {
+    const bool in_place = word(i + 1) == 0 && word(i + 2) == 1 && word(i + 3) != kUserDefined;
+    if (in_place && word(i) == kProjectedCodeKey) return word(i + 3);
+    if (in_place && word(i) == kGeographicCodeKey) code = word(i + 3);
+  }
+  return code;
+}
+
 }  // namespace
+
+std::optional<std::string> wkt_of(std::span<const VariableLengthRecord> records) {
+  const auto at = std::ranges::find(records, kWktRecord, &VariableLengthRecord::record_id);
+  if (at == records.end()) return std::nullopt;
+  const std::string text(reinterpret_cast<const char*>(at->data.data()), at->data.size());
+  return text.substr(0, text.find('\0'));
+}
+
+std::string crs_name(std::span<const VariableLengthRecord> records) {
+  if (records.empty()) return "";
+  if (const auto wkt = wkt_of(records)) {
+    const std::size_t open = wkt->find('"');
+    const std::size_t close = open == std::string::npos ? open : wkt->find('"', open + 1);
+    if (close != std::string::npos) return wkt->substr(open + 1, close - open - 1);
+  }
+  for (const VariableLengthRecord& candidate : records)
+    if (candidate.record_id == kGeoKeyRecord)
+      if (const auto code = code_of(candidate)) return "EPSG:" + std::to_string(*code);
+  return "unnamed";
+}
 
 std::optional<std::vector<VariableLengthRecord>> crs_records(std::string_view text) {
   constexpr std::string_view kEpsg = "EPSG:";

@@ -1,7 +1,9 @@
-// A coordinate reference system given by the user, as the records that LAS files carry.
+// Coordinate reference systems as the records that LAS files carry.
 #pragma once
 
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -13,5 +15,12 @@ namespace cairn::formats {
 /// projected or geographic of two dimensions, since the keys differ; of WKT (a text that begins like `PROJCS[`,
 /// `COMPD_CS[`, ...) the OGC record. Nothing if the text is neither.
 std::optional<std::vector<VariableLengthRecord>> crs_records(std::string_view text);
+
+/// The text of the first OGC WKT record.
+std::optional<std::string> wkt_of(std::span<const VariableLengthRecord> records);
+
+/// What people call the system that the records tell: the name in its WKT, else "EPSG:n" where GeoTIFF keys name a
+/// code, else "unnamed"; empty if there are no records.
+std::string crs_name(std::span<const VariableLengthRecord> records);
 
 }  // namespace cairn::formats

@@ -5,9 +5,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
+#include "formats/file_names.h"
 #include "pipeline/commands/command.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
@@ -86,6 +88,27 @@ class BuildCommand : public Command {
         .elapsed_s = report.elapsed_s};
   }
 
+  /// Throws kUsage where two campaigns would make the same dataset, one over the other. What else is wrong with a
+  /// campaign is told when its turn comes.
+  static void require_distinct_outputs(const std::vector<std::filesystem::path>& configs,
+                                       const SettingLayer& flags) {
+    std::map<std::filesystem::path, const std::filesystem::path*> made_by;
+    for (const std::filesystem::path& config : configs) {
+      std::filesystem::path output;
+      try {
+        output = std::filesystem::weakly_canonical(
+            formats::without_trailing_slash(resolve_settings(flags, config).options.output));
+      } catch (const std::exception&) {
+        continue;
+      }
+      const auto [first, fresh] = made_by.try_emplace(output, &config);
+      if (!fresh)
+        formats::throw_usage(fmt::format("{} and {} have the same output, {}",
+                                         first->second->string(), config.string(),
+                                         output.string()));
+    }
+  }
+
   /// Builds one campaign after the other; one that fails does not keep the others from being built. Returns the
   /// greatest exit code.
   static int build_batch(const std::vector<std::filesystem::path>& configs,
@@ -94,6 +117,7 @@ class BuildCommand : public Command {
       if (flags.contains(key))
         formats::throw_usage(fmt::format(
             "{} configuration files are given: each must tell its own {}", configs.size(), key));
+    require_distinct_outputs(configs, flags);
     int worst = 0;
     std::string summary = fmt::format("\n{:<10}  {:>15}  {:>10}  {:>9}  {}\n", "outcome", "points",
                                       "size", "time", "campaign");
@@ -106,6 +130,8 @@ class BuildCommand : public Command {
                         with_commas(built.points), human_bytes(built.size_bytes),
                         human_duration(built.elapsed_s), config.string(), built.output.string());
       } catch (const stages::Stopped&) {
+        print_results(summary + fmt::format("{:<10}  {:>15}  {:>10}  {:>9}  {}\n", "stopped", "",
+                                            "", "", config.string()));
         throw;
       } catch (...) {
         const int code = report_failure(config.string());

@@ -70,13 +70,20 @@ class VerifyCommand : public DatasetCommand {
  private:
   /// The scans of --against: files, or a configuration file that names them.
   stages::Scans open_against() const {
-    if (against_.empty()) return {};
     SettingLayer flags = given_flags(flags_);
+    if (against_.empty()) {
+      if (!flags.empty())
+        formats::throw_usage(flags.begin()->second.origin + " tells of scans: --against them");
+      return {};
+    }
     std::optional<std::filesystem::path> config;
-    if (against_.size() == 1 && against_.front().ends_with(".toml"))
+    if (std::any_of(against_.begin(), against_.end(),
+                    [](const std::string& path) { return path.ends_with(".toml"); })) {
+      if (against_.size() > 1)
+        formats::throw_usage("--against takes one configuration file, or scans");
       config = against_.front();
-    else
-      flags["scans"] = {against_, "--against"};
+    }
+    if (!config) flags["scans"] = {against_, "--against"};
     CampaignOptions campaign = resolve_campaign(flags, config);
     campaign.memory_bytes = memory_budget(0, machine_memory_bytes());
     return open_campaign(campaign);

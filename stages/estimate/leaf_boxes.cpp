@@ -1,6 +1,7 @@
 #include "stages/estimate/leaf_boxes.h"
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 
 #include "formats/error.h"
@@ -30,11 +31,15 @@ LeafBoxes::LeafBoxes(const formats::Tree& tree, const std::array<double, 3>& ste
                      std::vector<GridBox> leaves)
     : tree_(tree), step_(step), levels_(tree.leaf_level() + 1) {
   CAIRN_CHECK(leaves.size() == tree.nodes_on(tree.leaf_level()));
+  std::set<GridPoint> single_positions;
+  for (const GridBox& leaf : leaves)
+    repeats_.push_back(leaf.min == leaf.max && !single_positions.insert(leaf.min).second);
   levels_.back() = std::move(leaves);
   for (Level level = tree.leaf_level(); level-- > 0;) {
     levels_[level].resize(tree.nodes_on(level));
     for (std::size_t child = 0; child < levels_[level + 1].size(); ++child)
-      levels_[level][child / tree.fanout()].add(levels_[level + 1][child]);
+      if (level + 1 < tree.leaf_level() || !repeats(child))
+        levels_[level][child / tree.fanout()].add(levels_[level + 1][child]);
   }
 }
 
@@ -48,6 +53,8 @@ NearLeaves::NearLeaves(const LeafBoxes& boxes, std::uint64_t leaf) : boxes_(boxe
 }
 
 void NearLeaves::push(Level level, std::uint64_t index) {
+  const bool leaf = level == boxes_.tree().leaf_level();
+  if (leaf ? boxes_.repeats(index) : boxes_.node(level, index).empty()) return;
   waiting_.push({squared_distance(boxes_.step(), boxes_.node(level, index), boxes_.leaf(leaf_)),
                  level, index});
 }

@@ -27,9 +27,13 @@ class LeafBoxes {
             std::vector<formats::GridBox> leaves);
 
   const formats::GridBox& leaf(std::uint64_t index) const { return levels_.back()[index]; }
+  /// Of all leaves below that do not repeat another; empty where all do.
   const formats::GridBox& node(formats::Level level, std::uint64_t index) const {
     return levels_[level][index];
   }
+  /// Whether all points of the leaf are at one position, and those of an earlier leaf too. Thousands of leaves can
+  /// be: they need not all be looked at to find neighbours.
+  bool repeats(std::uint64_t leaf) const { return repeats_[leaf]; }
   const formats::Tree& tree() const { return tree_; }
   const std::array<double, 3>& step() const { return step_; }
 
@@ -37,9 +41,10 @@ class LeafBoxes {
   formats::Tree tree_;
   std::array<double, 3> step_;
   std::vector<std::vector<formats::GridBox>> levels_;
+  std::vector<bool> repeats_;
 };
 
-/// All other leaves, nearest box first; found as far as they are asked for.
+/// All other leaves but those that repeat another, nearest box first; found as far as they are asked for.
 class NearLeaves {
  public:
   struct Near {

@@ -25,8 +25,9 @@ struct ScanExtent {
   const formats::ScanInfo* scan = nullptr;
   ScanBox box;
   /// The finest detail that the scan can tell, world units: a LAS scale; for float input 2^-22 of the
-  /// longest side of the box of its middle 99 %, or what its type can tell at the farthest corner of that
-  /// box, whichever is coarser. Infinite where nothing is known (no points).
+  /// longest side of the box of its middle 99 % (of the distinct coordinates, where nearly all points are
+  /// one), or what its type can tell at the farthest corner of that box, whichever is coarser. Infinite
+  /// where nothing is known (no points).
   double resolution = 0;
 };
 

@@ -114,13 +114,14 @@ unsigned reading_workers(const Scans& scans, std::size_t stride, const Context& 
 /// Sampling touches nearly every page of the array; they go back after stretches of this many bytes.
 constexpr std::uint64_t kSampledBytes = std::uint64_t{4} << 20;
 
-/// 2^-22 of the longest side of the box of the middle 99 % of a scan's points, per axis; judged on every
-/// k-th point, at most about 2^17 of them, since it only tells stray points from the rest.
-double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
+using AxisSamples = std::array<std::vector<double>, 3>;
+
+/// The positions of every k-th point of a scan, at most about 2^17 of them, sorted on each axis.
+AxisSamples sample_positions(ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
   std::uint64_t total = 0;
   for (const RecordRun& run : points.runs) total += run.scan == scan ? run.count : 0;
   const std::uint64_t every = total / (1 << 17) + 1;
-  std::array<std::vector<double>, 3> samples;
+  AxisSamples samples;
   std::uint64_t before = 0;
   for (const RecordRun& run : points.runs) {
     if (run.scan != scan) continue;
@@ -136,13 +137,38 @@ double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncodi
     points.array.release(walked, run.first_byte + run.count * points.stride - walked);
     before += run.count;
   }
+  for (auto& axis : samples) std::sort(axis.begin(), axis.end());
+  return samples;
+}
+
+/// The box of the middle 99 % on every axis.
+ScanBox middle_of(const AxisSamples& samples) {
+  ScanBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t cut = samples[axis].size() / 200;
+    box.min[axis] = samples[axis][cut];
+    box.max[axis] = samples[axis][samples[axis].size() - 1 - cut];
+  }
+  return box;
+}
+
+/// 2^-22 of the longest side of the box of the middle 99 % of a scan's points, per axis; judged on samples,
+/// since it only tells stray points from the rest. Where nearly all points are one, the others tell what detail
+/// there is. `box`, of all points of the scan, has an extent.
+double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncoding encoding,
+                        const ScanBox& box) {
+  AxisSamples samples = sample_positions(points, scan, encoding);
+  ScanBox middle = middle_of(samples);
+  if (middle.min == middle.max) {
+    for (auto& axis : samples) axis.erase(std::unique(axis.begin(), axis.end()), axis.end());
+    middle = middle_of(samples);
+  }
+  if (middle.min == middle.max) middle = box;
   const double float_digits =
       encoding == PositionEncoding::kFloat32 ? std::ldexp(1.0, -24) : std::ldexp(1.0, -50);
   double resolution = 0;
-  for (auto& axis : samples) {
-    std::sort(axis.begin(), axis.end());
-    const std::size_t cut = axis.size() / 200;
-    const double low = axis[cut], high = axis[axis.size() - 1 - cut];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double low = middle.min[axis], high = middle.max[axis];
     const double magnitude = std::max(std::fabs(low), std::fabs(high));
     resolution = std::max({resolution, std::ldexp(high - low, -22), magnitude * float_digits});
   }
@@ -156,7 +182,7 @@ ScanExtent extent_of(ImportedPoints& points, std::size_t scan, const ScanInfo& i
   if (box.empty() || box.min == box.max) return extent;
   extent.resolution = info.encoding == PositionEncoding::kSteps
                           ? *std::min_element(info.scale.begin(), info.scale.end())
-                          : float_resolution(points, scan, info.encoding);
+                          : float_resolution(points, scan, info.encoding, box);
   return extent;
 }
 

@@ -1,5 +1,9 @@
 // The report agrees with what info tells, with what the scans are known to hold, and with the files' sizes.
+#include <functional>
+
+#include "formats/checksum.h"
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/tiny_dataset.h"
 #include "tests/support/tiny_scans.h"
 
 namespace cairn::test {
@@ -12,6 +16,18 @@ using Json = nlohmann::json;
 class Report : public ProgramTest {
  protected:
   Json report() { return Json::parse(cairn({"report", output(), "--json"}).out); }
+
+  /// Changes the metadata; all checksums are right again afterwards.
+  void edit_metadata(const std::function<void(Json&)>& change) {
+    const fs::path path = fs::path(output()) / "metadata.json";
+    Json metadata = Json::parse(read_text(path));
+    change(metadata);
+    write_text(path, metadata.dump());
+    edit_index(output(), [&](formats::DatasetIndex& index) {
+      index.head.metadata_size_bytes = fs::file_size(path);
+      index.head.metadata_checksum = formats::checksum_of(read_file(path));
+    });
+  }
 };
 
 TEST_F(Report, AgreesWithInfoAndWithTheFiles) {
@@ -72,6 +88,84 @@ TEST_F(Report, TellsTheCostOfEveryStage) {
   }
   fs::remove(fs::path(output()) / "run.json");
   EXPECT_TRUE(report()["run"].is_null());
+}
+
+TEST_F(Report, TellsThePointsThatWereReadNotThoseThatWereClaimed) {
+  const std::string cut = write_tiny_ply(folder_ / "cut.ply", 900);
+  std::string text = read_text(cut);
+  text.replace(text.find("vertex 900"), 10, "vertex 900000");
+  write_text(cut, text);
+  ASSERT_EQ(build({cut, "--allow-truncated"}).exit_code, 0);
+  for (const Json& stage : report()["run"]["stages"])
+    if (stage["name"] == "import") EXPECT_EQ(stage["points"], 900);
+}
+
+TEST_F(Report, TellsTheDatasetItsBoundsAndItsCoordinateSystem) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply"), "--crs", "EPSG:25832"}).exit_code, 0);
+  const Json report = Json::parse(cairn({"report", output() + "/", "--json"}).out);
+  EXPECT_EQ(report["dataset"], "site.cairn");
+  EXPECT_EQ(report["bounds"], info()["bounds"]);
+  EXPECT_EQ(report["crs"], info()["crs"]);
+  EXPECT_EQ(report["crs"]["records"].size(), 1U);
+}
+
+TEST_F(Report, TheLedgerTellsACoordinateSystemThatWasReplaced) {
+  const std::string plain = write_wavy_las(folder_ / "plain.las", 100);
+  const std::string referenced = folder_ / "referenced.las";
+  ASSERT_EQ(build({plain, "--crs", "EPSG:25832"}).exit_code, 0);
+  EXPECT_THAT(cairn({"report", output()}).out, HasSubstr("coordinate system: EPSG:25832"));
+  ASSERT_EQ(cairn({"export", "--progress", "none", output(), "-o", referenced}).exit_code, 0);
+  ASSERT_EQ(build({plain, referenced, "--crs", "EPSG:4326", "--force"}).exit_code, 0);
+  const Json crs = report()["crs"], sources = report()["sources"];
+  EXPECT_FALSE(sources[0].contains("replaced_crs"));
+  EXPECT_EQ(sources[1]["replaced_crs"], Json::array({0}));
+  EXPECT_EQ(sources[1]["crs"], Json::array());
+  EXPECT_EQ(crs["records"].size(), 1U);
+  EXPECT_EQ(crs["replaced"].size(), 1U);
+  EXPECT_NE(crs["replaced"][0]["data_base64"], crs["records"][0]["data_base64"]);
+  const std::string text = cairn({"report", output()}).out;
+  EXPECT_THAT(text, HasSubstr("; no coordinate system\n"));
+  EXPECT_THAT(text, HasSubstr("; its coordinate system is replaced by EPSG:4326\n"));
+}
+
+TEST_F(Report, MetadataWithoutWhatItsFormatDemandsIsBadInput) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  const std::string metadata = read_text(output() + "/metadata.json");
+  const std::vector<std::pair<const char*, std::function<void(Json&)>>> damages{
+      {"report", [](Json& json) { json.erase("sources"); }},
+      {"report", [](Json& json) { json["sources"][0]["bounds"]["max"] = Json::array(); }},
+      {"report", [](Json& json) { json["sources"][0]["kept"] = "all"; }},
+      {"info", [](Json& json) { json.erase("schema"); }},
+      {"info",
+       [](Json& json) {
+         json["bounds"]["min"] = {1, 2};
+       }},
+      {"info", [](Json& json) { json["grid"]["step"] = Json::array(); }}};
+  for (const auto& [command, damage] : damages) {
+    edit_metadata(damage);
+    const Outcome outcome = cairn({command, output()});
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr("the metadata lacks what its format demands"));
+    edit_metadata([&](Json& json) { json = Json::parse(metadata); });
+    EXPECT_EQ(cairn({command, output()}).exit_code, 0);
+  }
+  edit_metadata([](Json& json) { json.erase("tree"); });
+  EXPECT_EQ(cairn({"report", output(), "--json"}).exit_code, 3);
+}
+
+TEST_F(Report, NoControlCharactersReachTheTerminal) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  const fs::path record = fs::path(output()) / "run.json";
+  Json run = Json::parse(read_text(record));
+  run["stages"][0]["name"] = "\x1b[31mred";
+  write_text(record, run.dump());
+  edit_metadata([](Json& json) { json["sources"][0]["name"] = "\x1b[31mred"; });
+  for (const char* command : {"info", "report"}) {
+    const std::string text = cairn({command, output()}).out;
+    EXPECT_EQ(text.find('\x1b'), std::string::npos) << text;
+    EXPECT_THAT(text, HasSubstr("?[31mred"));
+  }
 }
 
 }  // namespace

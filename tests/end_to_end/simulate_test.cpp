@@ -159,12 +159,47 @@ TEST_F(Simulate, KeepsWhatIsThereUnlessForced) {
   EXPECT_EQ(read_text(folder_ / "site/thesis.txt"), "mine");
 }
 
+TEST_F(Simulate, ReplacesOnlyWhatItMadeItself) {
+  // A campaign that someone wrote by hand, of files named like those of simulate.
+  for (const char* name : {"a.ply", "b.ply", "poses.tsv"})
+    write_text(folder_ / "site" / name, "mine");
+  write_text(folder_ / "site/campaign.toml",
+             "scans = [\"a.ply\", \"b.ply\"]\nposes = \"poses.tsv\"\n");
+  const Outcome outcome = simulate({scene(), "--force"});
+  expect_refusal(outcome, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("that simulate did not make"));
+  EXPECT_EQ(read_text(folder_ / "site/a.ply"), "mine");
+  std::filesystem::remove_all(campaign());
+  // Things that were put into a folder of simulate's, under names like those of scans.
+  ASSERT_EQ(simulate({scene()}).exit_code, 0);
+  for (const std::string place : {"sub.ply/thesis.txt", "other.ply"}) {
+    write_text(folder_ / "site" / place, "mine");
+    const Outcome refused = simulate({scene(), "--force"});
+    expect_refusal(refused, 2);
+    EXPECT_EQ(read_text(folder_ / "site" / place), "mine");
+    std::filesystem::remove_all(std::filesystem::path(campaign()) /
+                                place.substr(0, place.find('/')));
+  }
+  std::filesystem::rename(folder_ / "site/first.ply", folder_ / "first.ply");
+  write_text(folder_ / "site/first.ply/thesis.txt", "mine");
+  expect_refusal(simulate({scene(), "--force"}), 2);
+  EXPECT_EQ(read_text(folder_ / "site/first.ply/thesis.txt"), "mine");
+}
+
 TEST_F(Simulate, AFolderMayHaveAnyName) {
   const std::string folder = folder_ / "a \"site\" \\ more";
   ASSERT_EQ(cairn({"simulate", scene(), "--progress", "none", "-o", folder + "/"}).exit_code, 0);
   const Outcome built = cairn({"build", folder + "/campaign.toml", "--progress", "none"});
   EXPECT_EQ(built.exit_code, 0) << built.err;
   EXPECT_TRUE(std::filesystem::exists(folder + ".cairn/index.bin"));
+}
+
+TEST_F(Simulate, NoControlCharactersOfANameReachTheTerminal) {
+  const Outcome made =
+      cairn({"simulate", scene(), "--progress", "none", "-o", folder_ / "\x1b[31mred"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(made.out.find('\x1b'), std::string::npos) << made.out;
+  EXPECT_THAT(made.out, HasSubstr("?[31mred/campaign.toml"));
 }
 
 TEST_F(Simulate, RefusesWhatCannotBe) {

@@ -1,4 +1,6 @@
 // Command lines, right and wrong.
+#include <csignal>
+
 #include "pipeline/settings.h"
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/tiny_scans.h"
@@ -7,6 +9,8 @@ namespace cairn::test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 class Usage : public ProgramTest {};
@@ -97,6 +101,19 @@ TEST_F(Usage, MissingScansAndDatasetsAreSystemErrors) {
   expect_refusal(cairn({"info", folder_ / "none.cairn"}), 4);
 }
 
+TEST_F(Usage, AScanThatIsGivenTwiceIsRefusedUnderBothNames) {
+  const std::string scan = write_tiny_ply(folder_ / "a.ply");
+  fs::create_symlink(scan, folder_ / "link.ply");
+  fs::create_hard_link(scan, folder_ / "hard.ply");
+  for (const std::string& other :
+       std::vector<std::string>{scan, (folder_ / "./a.ply").string(),
+                                (folder_ / "link.ply").string(), (folder_ / "hard.ply").string()}) {
+    const Outcome outcome = build({scan, write_tiny_ply(folder_ / "b.ply"), other});
+    expect_refusal(outcome, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("given twice, as " + scan + " and as " + other));
+  }
+}
+
 TEST_F(Usage, AConfigurationBuildsRelativeToItself) {
   write_tiny_ply(folder_ / "job/scans/a.ply");
   write_text(
@@ -172,6 +189,57 @@ TEST_F(Usage, SeveralCampaignsRunOneAfterAnotherAndTheWorstCodeIsReturned) {
                    folder_ / "three.toml"})
                 .exit_code,
             0);
+}
+
+TEST_F(Usage, VerifyTakesOneConfigurationOrScansAndWhatTellsOfThem) {
+  ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
+  for (const char* name : {"a.toml", "b.toml"}) write_text(folder_ / name, "scans = [\"a.ply\"]\n");
+  const auto verify = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"verify", "--progress", "none", output()});
+    return cairn(arguments);
+  };
+  EXPECT_EQ(verify({"--against", folder_ / "a.toml"}).exit_code, 0);
+  for (const std::string other : {"b.toml", "a.ply"}) {
+    const Outcome outcome = verify({"--against", folder_ / "a.toml", folder_ / other});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("--against takes one configuration file, or scans"));
+  }
+  for (const std::vector<std::string>& flags :
+       {std::vector<std::string>{"--poses", folder_ / "p.tsv"}, {"--allow-truncated"}}) {
+    const Outcome outcome = verify(flags);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr(flags.front() + " tells of scans: --against them"));
+  }
+}
+
+TEST_F(Usage, SeveralCampaignsOfOneOutputAreRefusedBeforeTheFirstIsBuilt) {
+  write_tiny_ply(folder_ / "a.ply", 20);
+  fs::create_directory_symlink(folder_.path(), folder_ / "here");
+  write_text(folder_ / "one.toml", "scans = [\"a.ply\"]\noutput = \"site.cairn\"\n");
+  for (const std::string other : {"site.cairn", "./site.cairn/", "here/site.cairn"}) {
+    write_text(folder_ / "two.toml", "scans = [\"a.ply\"]\noutput = \"" + other + "\"\n");
+    const Outcome outcome = cairn({"build", "--force", folder_ / "one.toml", folder_ / "two.toml"});
+    expect_refusal(outcome, 2);
+    EXPECT_THAT(outcome.err,
+                AllOf(HasSubstr("one.toml and "), HasSubstr("two.toml have the same")));
+  }
+}
+
+TEST_F(Usage, AStoppedBatchTellsWhatWasBuilt) {
+  write_tiny_ply(folder_ / "a.ply", 20);
+  write_wavy_las(folder_ / "large.las", 2000000);
+  write_text(folder_ / "one.toml", "scans = [\"a.ply\"]\noutput = \"one.cairn\"\n");
+  write_text(folder_ / "two.toml", "scans = [\"large.las\"]\noutput = \"two.cairn\"\n");
+  const Outcome outcome = run_program(
+      CAIRN_PROGRAM, {"build", "--progress", "json", folder_ / "one.toml", folder_ / "two.toml"},
+      SIGINT, "\"stage\":\"import\",\"points\":0,\"total_points\":2000000");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("what was under way changed nothing"));
+  EXPECT_THAT(outcome.out, ContainsRegex("\nbuilt +20 .*one.toml.*\nstopped .*two.toml\n"));
+  EXPECT_TRUE(fs::exists(folder_ / "one.cairn/index.bin"));
+  EXPECT_FALSE(fs::exists(folder_ / "two.cairn"));
 }
 
 TEST_F(Usage, SeveralCampaignsTellTheirOwnOutputs) {

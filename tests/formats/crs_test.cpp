@@ -54,6 +54,22 @@ TEST(Crs, WktIsKeptWithAZeroBehindIt) {
   EXPECT_EQ(std::memcmp(records.front().data.data(), wkt.c_str(), wkt.size() + 1), 0);
 }
 
+TEST(Crs, TheNameIsThatOfTheWktOrTheCode) {
+  EXPECT_EQ(crs_name({}), "");
+  for (const char* text : {"EPSG:32633", "EPSG:4326"})
+    EXPECT_EQ(crs_name(*crs_records(text)), text);
+  EXPECT_EQ(crs_name(*crs_records("PROJCS[\"UTM 33\",GEOGCS[\"WGS\"]]")), "UTM 33");
+  EXPECT_EQ(crs_name(*crs_records("PROJCS[\"UTM")), "unnamed");
+  // 32767 is a system that the keys describe instead of naming it; a directory may be cut short.
+  auto keys = crs_records("EPSG:32633").value();
+  keys[0].data[22] = std::byte{0xff}, keys[0].data[23] = std::byte{0x7f};
+  EXPECT_EQ(crs_name(keys), "unnamed");
+  for (std::size_t size = 0; size < 24; ++size) {
+    keys[0].data.resize(size);
+    EXPECT_EQ(crs_name(keys), "unnamed");
+  }
+}
+
 TEST(Crs, AnythingElseIsNone) {
   for (const char* text : {"", "EPSG:", "EPSG:12", "EPSG:32767", "EPSG:99999", "EPSG:4326 ",
                            "EPSG:-4326", "epsg", "4326", "UTM 33", "PROJCS"})

@@ -122,6 +122,21 @@ TEST_F(MetadataTest, NumbersThatNothingHoldsAreRefused) {
   EXPECT_FALSE(check_metadata_text(R"({"x":1e300})"));
 }
 
+TEST_F(MetadataTest, NestingIsBounded) {
+  const auto nested = [](std::size_t depth) {
+    return R"({"x":)" + std::string(depth, '[') + std::string(depth, ']') + "}";
+  };
+  EXPECT_FALSE(check_metadata_text(nested(64)));
+  std::vector<VariableLengthRecord> crs;
+  for (const std::size_t depth : {65U, 1'000'000U}) {
+    const auto error = check_metadata_text(nested(depth));
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->what, "the metadata is nested too deeply");
+    EXPECT_TRUE(check_metadata(nested(depth), tree_.header));
+    EXPECT_TRUE(read_metadata_crs(nested(depth), crs));
+  }
+}
+
 TEST_F(MetadataTest, RecordIdsBeyondTheirTypeAreRefused) {
   const auto read = [](const std::string& id) {
     std::vector<VariableLengthRecord> crs;

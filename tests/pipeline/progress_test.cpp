@@ -125,6 +125,7 @@ TEST(StageClock, RecordsStagesInOrder) {
   EXPECT_EQ(clock.timings()[0].points, 4000U);
   EXPECT_GT(clock.timings()[0].seconds, 0);
   EXPECT_EQ(clock.timings()[1].name, "split");
+  EXPECT_EQ(clock.timings()[1].points, 1000U);  // those handled, of 4000 that were announced
 }
 
 }  // namespace

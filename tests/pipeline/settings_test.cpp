@@ -118,11 +118,13 @@ TEST_F(Settings, FlagsAreNotRelativeToTheConfiguration) {
 TEST_F(Settings, ScansAndPosesStartFromTheFolderThatIsGiven) {
   const std::string text = std::string(kMinimum) + "poses = \"p.tsv\"\n";
   EXPECT_EQ(resolve(text).options.campaign.poses, folder_ / "p.tsv");
-  const BuildOptions moved = resolve(text, flag("folder", {"/data"})).options;
-  EXPECT_THAT(moved.campaign.scans, ElementsAre("/data/a.las"));
-  EXPECT_EQ(moved.campaign.poses, "/data/p.tsv");
+  const test::TemporaryFolder data;
+  const BuildOptions moved = resolve(text, flag("folder", {data.path()})).options;
+  EXPECT_THAT(moved.campaign.scans, ElementsAre(data / "a.las"));
+  EXPECT_EQ(moved.campaign.poses, data / "p.tsv");
   EXPECT_EQ(moved.output, folder_ / "a.cairn");
   // In a file the folder itself starts from the file's.
+  std::filesystem::create_directory(folder_ / "scans");
   EXPECT_THAT(resolve(text + "folder = \"scans\"\n").options.campaign.scans,
               ElementsAre(folder_ / "scans/a.las"));
 }
@@ -140,6 +142,38 @@ TEST_F(Settings, APatternStandsForTheFilesThatMatchInTheOrderOfTheirBytes) {
     EXPECT_EQ(error.kind(), formats::ErrorKind::kUsage);
     EXPECT_THAT(error.what(), HasSubstr("*.none"));
   }
+}
+
+TEST_F(Settings, APatternIsWhatTheFileSaysAndNotWhereItLies) {
+  for (const char* place : {"d[1]", "d*?", "d\\1"}) {
+    test::write_text(folder_ / place / "a.las", "");
+    test::write_text(folder_ / place / "site.toml",
+                     "output = \"a.cairn\"\nscans = [\"*.las\", \"none.ply\"]\n");
+    EXPECT_THAT(resolve_settings({}, folder_ / place / "site.toml").options.campaign.scans,
+                ElementsAre(folder_ / place / "a.las", folder_ / place / "none.ply"));
+  }
+}
+
+TEST_F(Settings, AFolderThatIsNotThereIsToldAsThat) {
+  folder_.write("a.las", "");
+  const std::string text = "output = \"a.cairn\"\nscans = [\"*.las\"]\n";
+  EXPECT_THAT(
+      refusal(text + "folder = \"none\"\n"),
+      AllOf(HasSubstr("site.toml, line 3: folder: found no folder at '"), HasSubstr("none'")));
+  EXPECT_THAT(refusal(text, flag("folder", {folder_ / "a.las"})),
+              AllOf(HasSubstr("--folder: found no folder at '"), HasSubstr("a.las'")));
+}
+
+TEST_F(Settings, PatternsThatOverlapListAFileOnce) {
+  for (const char* name : {"a.las", "b.las", "c.las"}) folder_.write(name, "");
+  const auto scans = [&](const std::string& list) {
+    return resolve("output = \"a.cairn\"\nscans = [" + list + "]\n").options.campaign.scans;
+  };
+  const auto each_once = ElementsAre(folder_ / "b.las", folder_ / "a.las", folder_ / "c.las");
+  EXPECT_THAT(scans(R"("b.las", "*.las")"), each_once);
+  EXPECT_THAT(scans(R"("[b].las", "b.las", "*.las", "./*.las")"), each_once);
+  // Named twice, it is a mistake that whoever opens the scans tells.
+  EXPECT_EQ(scans(R"("b.las", "b.las")").size(), 2U);
 }
 
 TEST_F(Settings, KeepAndDropTogetherAreRefused) {

@@ -50,6 +50,13 @@ class WorkspaceTest : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(WorkspaceTest, AnEmptyFolderInTheWayIsNotToldAsAKilledBuilds) {
+  fs::create_directory(work());
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(open_failure(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
 TEST_F(WorkspaceTest, PublishesUnderTheNameAndLeavesNothingElse) {
   {
     Workspace workspace(output(), {}, false);

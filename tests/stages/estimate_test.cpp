@@ -116,6 +116,8 @@ TEST_F(EstimateTest, NeighborsAreThoseOfBruteForceAcrossLeaves) {
       Campaign campaign{{random_points(1500, range, range)}, {0.5, 1, 0.25}};
       campaign.scans[0].push_back({1 << 24, 0, 0});  // strays: balls that reach over many leaves
       campaign.scans[0].push_back({1 << 24, 1 << 23, 0});
+      campaign.scans[0].insert(campaign.scans[0].end(), 700,
+                               {5, 5, 5});  // several leaves of one spot
       ImportedPoints imported = import(campaign);
       const Vec step = imported.grid.step;
       const Tree tree(imported.points, 3, 60);
@@ -149,6 +151,20 @@ TEST_F(EstimateTest, NeighborsAreThoseOfBruteForceAcrossLeaves) {
         EXPECT_EQ(taken, own.positions.size());
       }
     }
+}
+
+TEST(NearLeaves, LeavesOfOneRepeatedPositionAreFoundOnce) {
+  const Tree tree(1000, 2, 10);
+  std::vector<GridBox> leaves(tree.nodes_on(tree.leaf_level()), GridBox{{1, 2, 3}, {1, 2, 3}});
+  const std::uint64_t last = leaves.size() - 1;
+  leaves[last] = {{1, 2, 3}, {9, 9, 9}};
+  const LeafBoxes boxes(tree, {1, 1, 1}, leaves);
+  NearLeaves of_first(boxes, 0), of_other(boxes, 5);
+  EXPECT_EQ(of_first.at(0)->leaf, last);
+  EXPECT_EQ(of_first.at(1), nullptr);
+  EXPECT_EQ(of_other.at(0)->leaf, 0U);
+  EXPECT_EQ(of_other.at(1)->leaf, last);
+  EXPECT_EQ(of_other.at(2), nullptr);
 }
 
 TEST_F(EstimateTest, DoesNotDependOnHowPointsAreDivided) {

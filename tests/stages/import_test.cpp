@@ -170,6 +170,19 @@ TEST_F(ImportTest, OneStrayPointIsRefusedUnlessAResolutionIsGiven) {
             1001U);
 }
 
+TEST_F(ImportTest, APileOfEqualPointsDoesNotHideTheExtentOfTheOthers) {
+  // Few points off the spot; and so few that no sample finds them.
+  for (const std::size_t pile : {2000U, 300'001U}) {
+    std::vector<std::array<double, 3>> cloud(pile, {0, 0, 0});
+    cloud[1] = {1, 2, 3};
+    cloud[5] = {-4, 5, 6};
+    Scans scans;
+    scans.push_back(test::world_scan(PositionEncoding::kFloat64, {}, {world_block(cloud)}));
+    const ImportedPoints points = import_scans(scans, {}, context());
+    EXPECT_EQ(points.grid.step[0], std::ldexp(1.0, -27));  // 6 / 2^30 < 2^-27
+  }
+}
+
 TEST_F(ImportTest, TheScanThatLiesApartIsTheOneThatIsBlamed) {
   // Three scans of a few metres, the second in a frame of its own; scales that do not divide each other.
   Scans scans;
