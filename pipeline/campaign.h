@@ -19,10 +19,10 @@ struct CampaignOptions {
   std::uint64_t memory_bytes = 0;    ///< of the whole program; 0: no limit
 };
 
-/// Opens every scan, placed in the world. Throws Error as formats::open_scans and formats::PoseFile do, kInput where one
-/// pose would serve two files, and kUsage where no scans are given or one is given twice, where reading one takes more
-/// than the memory, where one sensor is told for a file of several scans, and for sensors alone without poses that tell
-/// them.
+/// Opens every scan, placed in the world. Throws Error as formats::open_scans and formats::PoseFile do, kInput
+/// where one pose would serve two files, and kUsage where no scans are given or one is given twice, where reading
+/// one takes more than the memory, where one sensor is told for a file of several scans, and for sensors alone
+/// without poses that tell them.
 stages::Scans open_campaign(const CampaignOptions& options);
 
 }  // namespace cairn::pipeline

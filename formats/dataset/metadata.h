@@ -46,7 +46,8 @@ struct MetadataExtras {
 std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
                            const MetadataExtras& extras);
 
-/// Whether the text is a JSON object, nested at most 64 deep, without numbers that no double holds. What it says is not checked.
+/// Whether the text is a JSON object, nested at most 64 deep, without numbers that no double holds. What it says is not
+/// checked.
 [[nodiscard]] std::optional<DecodeError> check_metadata_text(std::string_view text);
 
 /// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing;

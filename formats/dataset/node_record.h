@@ -95,7 +95,8 @@ struct DatasetHeader {
   std::uint32_t fanout = 0;
   std::uint64_t target_points = 0;
   Refinement refinement = Refinement::kReplace;
-  /// The attributes, radius left out: the input's, then those that were estimated. Those with a rule other than kNone exist in inner nodes too.
+  /// The attributes, radius left out: the input's, then those that were estimated. Those with a rule other than
+  /// kNone exist in inner nodes too.
   Schema schema;
   RadiusOrigin radius_origin = RadiusOrigin::kDensity;
   bool lossless_leaves = false;  ///< leaf positions, normals and radii are the input's, bit by bit

@@ -38,8 +38,9 @@ inline constexpr std::size_t kLasEvlrCountField = 243;
 /// Bytes of the header that each minor version defines.
 std::uint16_t las_header_size(std::uint8_t version_minor);
 
-/// Reads and checks the header. Throws kInput, naming the field, for one that no reader could
-/// follow; point and EVLR counts and the waveform offset are returned as claimed and must be held against the file by whoever uses them.
+/// Reads and checks the header. Throws kInput, naming the field, for one that no reader could follow; point and
+/// EVLR counts and the waveform offset are returned as claimed and must be held against the file by whoever uses
+/// them.
 LasHeader read_las_header(const RandomAccessFile& file);
 
 }  // namespace cairn::formats

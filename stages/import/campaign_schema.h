@@ -12,12 +12,11 @@
 
 namespace cairn::stages {
 
-/// The union of the scans' attributes in order of first appearance, the radius last, those named in
-/// `drop` left out and, if `keep` is not empty, all others than those named there. Where types differ the
-/// narrowest type that holds both is taken (8-bit colours are widened by 257, see RecordConverter). A scan
-/// without an attribute has zeros there. Throws Error (kInput) where the component counts of an attribute that stays differ or
-/// more than formats::kMaxAttributes stay, and Error (kUsage) if `drop` or `keep` names an attribute no scan
-/// has.
+/// The union of the scans' attributes in order of first appearance, the radius last, those named in `drop` left out
+/// and, if `keep` is not empty, all others than those named there. Where types differ the narrowest type that holds
+/// both is taken (8-bit colours are widened by 257, see RecordConverter). A scan without an attribute has zeros
+/// there. Throws Error (kInput) where the component counts of an attribute that stays differ or more than
+/// formats::kMaxAttributes stay, and Error (kUsage) if `drop` or `keep` names an attribute no scan has.
 formats::Schema merge_schemas(std::span<const formats::ScanInfo* const> scans,
                               const std::vector<std::string>& drop,
                               const std::vector<std::string>& keep = {});
@@ -30,9 +29,10 @@ bool guessed_colors_are_wide(std::span<const formats::ScanInfo* const> scans);
 /// several threads.
 class RecordConverter {
  public:
-  /// `layout` must outlive the converter. 8-bit colours are widened to 16 bits unless they are guessed to be of
-  /// 8 bits and `guessed_colors_are_wide`: then they have 16 as they are. Throws Error (kInput), naming scan and attribute, where the
-  /// scan's attribute has other components than the campaign's or values that its type cannot hold.
+  /// `layout` must outlive the converter. 8-bit colours are widened to 16 bits unless they are guessed to be of 8
+  /// bits and `guessed_colors_are_wide`: then they have 16 as they are. Throws Error (kInput), naming scan and
+  /// attribute, where the scan's attribute has other components than the campaign's or values that its type cannot
+  /// hold.
   RecordConverter(const formats::ScanInfo& scan, const formats::Schema& campaign,
                   const formats::RecordLayout& layout, bool guessed_colors_are_wide);
 

@@ -31,13 +31,13 @@ struct ScanExtent {
   double resolution = 0;
 };
 
-/// The grid that fits all scans, of which one has a point. If every scan with points is on steps of one scale per axis (or whole multiples),
-/// with offsets a whole number of steps apart, the grid has just those steps and import is lossless;
-/// otherwise the step is the smallest power of two by which the extent fits 30 bits. The smallest
-/// coordinate of an axis becomes step 0 (or the smallest int32, where the span needs 32 bits).
-/// Throws Error (kInput), naming the scan and its farthest coordinates, where the step would be coarser
-/// than a scan's resolution and coarser than `accepted_resolution`; and where coordinates beyond 1e140 or an
-/// extent below 1e-140 have squares that a double cannot hold.
+/// The grid that fits all scans, of which one has a point. If every scan with points is on steps of one scale per
+/// axis (or whole multiples), with offsets a whole number of steps apart, the grid has just those steps and import
+/// is lossless; otherwise the step is the smallest power of two by which the extent fits 30 bits. The smallest
+/// coordinate of an axis becomes step 0 (or the smallest int32, where the span needs 32 bits). Throws Error
+/// (kInput), naming the scan and its farthest coordinates, where the step would be coarser than a scan's resolution
+/// and coarser than `accepted_resolution`; and where coordinates beyond 1e140 or an extent below 1e-140 have
+/// squares that a double cannot hold.
 formats::Grid choose_grid(std::span<const ScanExtent> scans,
                           std::optional<double> accepted_resolution);
 

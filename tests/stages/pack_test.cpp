@@ -15,7 +15,6 @@
 namespace cairn::stages {
 namespace {
 
-
 class PackTest : public testing::Test {
  protected:
   std::vector<PackedNode> pack(const test::TinyTree& tree) {

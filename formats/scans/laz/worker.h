@@ -47,8 +47,8 @@ class LazWorker {
   LazWorker(const LazWorker&) = delete;
   LazWorker& operator=(const LazWorker&) = delete;
 
-  /// Hands over a chunk. Before the next, all its records must be received and finish called. Throws LazWorkerFailure, and
-  /// kInput where the file ends within the chunk.
+  /// Hands over a chunk. Before the next, all its records must be received and finish called. Throws
+  /// LazWorkerFailure, and kInput where the file ends within the chunk.
   void send(const RandomAccessFile& file, const LazRequest& request);
 
   /// Fills `records` with the next LAS records of the chunk; their number, at least 1 and at most
