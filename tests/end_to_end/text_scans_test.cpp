@@ -55,8 +55,8 @@ TEST_F(TextScans, PtxScansStandWhereTheirPosesPutThemWithoutTheirEmptyCells) {
 }
 
 TEST_F(TextScans, MoreScansMayBeOpenThanTheSystemProposes) {
-  std::string command = "ulimit -Sn 40; exec " + std::string(CAIRN_PROGRAM) +
-                        " build --progress none -o " + output();
+  std::string command =
+      "ulimit -Sn 40; exec " + std::string(CAIRN_PROGRAM) + " build --progress none -o " + output();
   for (int i = 0; i < 60; ++i) {
     const std::string number = std::to_string(i);
     command += " " + folder_.write("a" + number + ".xyz", number + " 2 3\n").string();
