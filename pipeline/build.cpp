@@ -95,6 +95,8 @@ void require_disk(const Workspace& workspace, const BuildOptions& options,
   workspace.require_free(arrays + packed, packed);
 }
 
+constexpr std::uint64_t kProgramBytes = std::uint64_t{16} << 20;
+
 /// A node that does not fit the memory is refused before its points are sorted into it.
 void require_memory(const Tree& tree, std::size_t stride, std::uint64_t memory_bytes) {
   const std::uint64_t needed = stages::cluster_worker_bytes(tree, stride) + kProgramBytes;

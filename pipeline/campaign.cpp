@@ -9,10 +9,12 @@
 #include "formats/scans/pose_file.h"
 #include "pipeline/distinct_files.h"
 #include "pipeline/human.h"
-#include "pipeline/memory_budget.h"
 
 namespace cairn::pipeline {
 namespace {
+
+// What an import by one worker holds beside its reader: the program, and blocks of points. Measured.
+constexpr std::uint64_t kImportBytes = std::uint64_t{36} << 20;
 
 /// The poses of a campaign's scans, each used by one scan.
 class Poses {
@@ -44,7 +46,7 @@ class Poses {
 
 /// A reader that needs more memory than there is, such as the worker process of LAZ, is refused before it starts.
 void require_reading_memory(const formats::ScanReader& scan, std::uint64_t memory_bytes) {
-  const std::uint64_t needed = scan.read_bytes() + kProgramBytes;
+  const std::uint64_t needed = scan.read_bytes() + kImportBytes;
   if (memory_bytes != 0 && needed > memory_bytes)
     formats::throw_usage(fmt::format("reading {} ({}) needs {} of memory, of which {} may be used",
                                      scan.info().name(), scan.info().format, human_bytes(needed),

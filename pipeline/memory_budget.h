@@ -13,9 +13,6 @@ namespace cairn::pipeline {
 /// No build is promised to fit into less.
 inline constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{64} << 20;
 
-/// What the program holds beside its work.
-inline constexpr std::uint64_t kProgramBytes = std::uint64_t{16} << 20;
-
 /// Bytes of "4GiB", "1.5 GB", "512M" or "1000000": KiB, MiB, GiB, TiB (or the letter alone) count by 1024,
 /// kB, MB, GB, TB by 1000. Nothing if the text is no size.
 std::optional<std::uint64_t> parse_size(std::string_view text);
