@@ -182,10 +182,11 @@ std::string build_text(const BuildReport& report, std::uint64_t points) {
   std::string text =
       fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", "stage", "points", "time", "rate");
   for (const StageTiming& stage : report.stages)
-    text += fmt::format(
-        "  {:<12}{:>15}  {:>9}  {:>17}\n", printable(stage.name), with_commas(stage.points),
-        human_duration(stage.seconds),
-        stage.seconds > 0 ? human_rate(static_cast<double>(stage.points) / stage.seconds) : "");
+    text += fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", printable(stage.name),
+                        with_commas(stage.points), human_duration(stage.seconds),
+                        stage.points > 0 && stage.seconds > 0
+                            ? human_rate(static_cast<double>(stage.points) / stage.seconds)
+                            : "");
   text += fmt::format(
       "  {:<12}{:>15}  {:>9}  {:>17}\n", "whole build", with_commas(points),
       human_duration(report.elapsed_s),

@@ -44,13 +44,20 @@ class View {
 class BarView : public View {
  public:
   std::chrono::milliseconds interval() const override { return std::chrono::milliseconds(100); }
+  void begin(const ProgressState&) override { drawn_ = false; }
   void look(const ProgressState& state) override {
     write_stderr("\r" + bar_line(state, terminal_columns() - 1) + "\x1b[K");
+    drawn_ = true;
   }
   void end(const ProgressState& state) override {
     write_stderr("\r" + plain_line(state) + "\x1b[K\n");
   }
-  void leave() override { write_stderr("\n"); }
+  void leave() override {
+    if (drawn_) write_stderr("\n");
+  }
+
+ private:
+  bool drawn_ = false;  ///< a line of the running stage stands on the terminal
 };
 
 class PlainView : public View {

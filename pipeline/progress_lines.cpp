@@ -11,6 +11,8 @@ namespace cairn::pipeline {
 namespace {
 
 std::string end_of(const ProgressState& state) {
+  if (state.done == 0)
+    return fmt::format("{}: done in {}", state.stage, human_duration(state.elapsed_s));
   return fmt::format("{}: done, {} in {}, {}", state.stage, count_of(state.done, "point"),
                      human_duration(state.elapsed_s), human_rate(state.points_per_s()));
 }
@@ -50,6 +52,7 @@ std::string bar_line(const ProgressState& state, unsigned columns) {
 
 std::string plain_line(const ProgressState& state) {
   if (state.finished) return end_of(state);
+  if (state.total == 0) return fmt::format("{}: {}", state.stage, human_duration(state.elapsed_s));
   std::string line = fmt::format("{}: {}%, {} of {}, {}", state.stage, whole_percent(state),
                                  with_commas(state.done), count_of(state.total, "point"),
                                  human_rate(state.points_per_s()));

@@ -80,7 +80,8 @@ TEST_F(Report, TheLedgerAddsUpForEveryScan) {
 TEST_F(Report, TellsTheCostOfEveryStage) {
   ASSERT_EQ(build({write_tiny_ply(folder_ / "a.ply")}).exit_code, 0);
   const Json run = report()["run"];
-  ASSERT_EQ(run["stages"].size(), 4U);
+  ASSERT_EQ(run["stages"].size(), 5U);
+  EXPECT_EQ(run["stages"][0]["name"], "open");
   for (const Json& stage : run["stages"]) {
     EXPECT_GE(stage["cpu_seconds"].get<double>(), 0) << stage;
     EXPECT_GT(stage["peak_memory_bytes"].get<double>(), 0) << stage;

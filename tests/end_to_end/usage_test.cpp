@@ -49,7 +49,7 @@ TEST_F(Usage, WrongCommandLinesAreOneLineAndExitCodeTwo) {
       {"build", scan, "-o", output(), "--codec", "gzip"},
       {"build", scan, "-o", output(), "--memory", "lots"},
       {"build", scan, "-o", output(), "--nonsense"},
-      {"build", scan, "-o", output(), "--drop", "warmth"},
+      {"build", scan, "-o", output(), "--drop", "warmth", "--progress", "none"},
       {"build", scan, "-o", folder_ / "none/site.cairn"},
       {"build", scan, "-o", output(), "--scratch", folder_ / "none"},
       {"build", scan, "-o", output(), "--fanout", "8", "--node-points", "7"},

@@ -79,11 +79,19 @@ TEST(Progress, PlainTellsTheEndOfEachStage) {
 }
 
 TEST(Progress, BarEndsItsLineEvenIfTheJobEndsInsideAStage) {
-  const std::string text = stderr_of(ProgressMode::kBar, [](stages::ProgressSink& progress) {
-    progress.begin("import", 10);
-    progress.advance(5);
-  });
-  EXPECT_EQ(text.back(), '\n');
+  for (const bool drawn : {false, true}) {
+    ::testing::internal::CaptureStderr();
+    {
+      const auto progress = make_progress(
+          ProgressMode::kBar, drawn ? std::chrono::milliseconds(1) : std::chrono::hours(1));
+      progress->begin("import", 10);
+      progress->advance(5);
+      if (drawn) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    }
+    const std::string text = ::testing::internal::GetCapturedStderr();
+    EXPECT_EQ(text.empty(), !drawn);
+    EXPECT_TRUE(text.empty() || text.back() == '\n');
+  }
 }
 
 TEST(Progress, NoneIsSilent) { EXPECT_EQ(stderr_of(ProgressMode::kNone, two_stages), ""); }
@@ -104,6 +112,13 @@ TEST(ProgressLines, TellShareRateAndTimeLeft) {
   EXPECT_THAT(bar, HasSubstr("0:01 left"));
   for (unsigned columns = 1; columns < 200; ++columns)
     EXPECT_LE(bar_line(state, columns).size(), columns);
+}
+
+TEST(ProgressLines, AStageWithoutPointsTellsItsTime) {
+  ProgressState state{.stage = "open", .elapsed_s = 2};
+  EXPECT_EQ(plain_line(state), "open: 2.00 s");
+  state.finished = true;
+  EXPECT_EQ(plain_line(state), "open: done in 2.00 s");
 }
 
 TEST(ProgressLines, SurviveStagesOfNoPointsAndMoreThanClaimed) {
