@@ -156,6 +156,14 @@ std::uint64_t stored_points(const Json& json) {
   return sum;
 }
 
+/// A step that handles no points, such as opening the scans, has a time alone.
+std::string timing_row(const std::string& name, std::uint64_t points, double seconds) {
+  if (points == 0) return fmt::format("  {:<12}{:>15}  {:>9}\n", name, "", human_duration(seconds));
+  return fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", name, with_commas(points),
+                     human_duration(seconds),
+                     seconds > 0 ? human_rate(static_cast<double>(points) / seconds) : "");
+}
+
 }  // namespace
 
 std::string dataset_json(const formats::DatasetReader& dataset) {
@@ -182,15 +190,8 @@ std::string build_text(const BuildReport& report, std::uint64_t points) {
   std::string text =
       fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", "stage", "points", "time", "rate");
   for (const StageTiming& stage : report.stages)
-    text += fmt::format("  {:<12}{:>15}  {:>9}  {:>17}\n", printable(stage.name),
-                        with_commas(stage.points), human_duration(stage.seconds),
-                        stage.points > 0 && stage.seconds > 0
-                            ? human_rate(static_cast<double>(stage.points) / stage.seconds)
-                            : "");
-  text += fmt::format(
-      "  {:<12}{:>15}  {:>9}  {:>17}\n", "whole build", with_commas(points),
-      human_duration(report.elapsed_s),
-      report.elapsed_s > 0 ? human_rate(static_cast<double>(points) / report.elapsed_s) : "");
+    text += timing_row(printable(stage.name), stage.points, stage.seconds);
+  text += timing_row("whole build", points, report.elapsed_s);
   return text + fmt::format("  {} of input, {}, peak memory {} of {} allowed\n",
                             human_bytes(report.input_bytes), count_of(report.threads, "thread"),
                             human_bytes(report.peak_memory_bytes),

@@ -194,8 +194,9 @@ std::string run_table(const BuildReport& run) {
                                  "stage", "points", "time", "CPU", "peak memory");
   for (const StageTiming& stage : run.stages)
     text += fmt::format("  {:<12}  {:>15}  {:>9}  {:>9}  {:>11}\n", printable(stage.name),
-                        with_commas(stage.points), human_duration(stage.seconds),
-                        human_duration(stage.cpu_seconds), human_bytes(stage.peak_memory_bytes));
+                        stage.points > 0 ? with_commas(stage.points) : "",
+                        human_duration(stage.seconds), human_duration(stage.cpu_seconds),
+                        human_bytes(stage.peak_memory_bytes));
   return text + fmt::format("  {} in all, {}, {} of memory at the peak\n",
                             human_duration(run.elapsed_s), count_of(run.threads, "thread"),
                             human_bytes(run.peak_memory_bytes));
