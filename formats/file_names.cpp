@@ -29,7 +29,7 @@ fs::path without_trailing_slash(fs::path path) {
 }
 
 fs::path followed(const fs::path& path) {
-  const fs::path name = without_trailing_slash(path);
+  fs::path name = without_trailing_slash(path);
   if (!fs::is_symlink(name)) return name;
   std::error_code error;
   fs::path target = fs::canonical(name, error);

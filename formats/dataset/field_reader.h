@@ -57,8 +57,8 @@ class FieldReader {
 
   /// Complaints are about the field that was read last.
   template <Scalar Found>
-  void require(bool condition, const char* what, Found found, std::string expected) {
-    if (!condition) complain(what, std::to_string(found), std::move(expected));
+  void require(bool condition, const char* what, Found found, const std::string& expected) {
+    if (!condition) complain(what, std::to_string(found), expected);
   }
   void complain(std::string what, std::string found, std::string expected) {
     if (!error_)
