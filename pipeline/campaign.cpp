@@ -29,7 +29,7 @@ class Poses {
           fmt::format("poses_tell: the poses of {} do not tell where sensors stood",
                       path_.filename().string()));
     const auto [user, is_first] = users_.emplace(&entry, scan);
-    if (!is_first && user->second != scan)
+    if (!is_first)
       formats::throw_input({.what = fmt::format("the pose {} is found for two scans", entry.scan),
                             .path = path_,
                             .found = user->second.string() + " and " + scan.string(),

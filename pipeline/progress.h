@@ -3,7 +3,6 @@
 
 #include <array>
 #include <chrono>
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -21,19 +20,7 @@ enum class ProgressMode {
 };
 inline constexpr std::array<const char*, 5> kProgressModeNames{"auto", "bar", "plain", "json",
                                                                "none"};  ///< in the enum's order
-/// "auto, bar, plain, json or none", ended by a zero.
-inline constexpr auto kProgressModeChoices = [] {
-  std::array<char, 64> text{};
-  char* end = text.data();
-  const auto add = [&](std::string_view word) {
-    for (const char c : word) *end++ = c;
-  };
-  for (std::size_t i = 0; i < kProgressModeNames.size(); ++i) {
-    if (i > 0) add(i + 1 < kProgressModeNames.size() ? ", " : " or ");
-    add(kProgressModeNames[i]);
-  }
-  return text;
-}();
+inline constexpr const char* kProgressModeChoices = "auto, bar, plain, json or none";
 std::optional<ProgressMode> progress_mode_named(std::string_view name);
 
 /// A sink that shows the stages on stderr: name, share, points a second, time left. Its calls cost the

@@ -122,7 +122,7 @@ void check_together(const BuildOptions& options) {
 std::filesystem::path folder_of_scans(const SettingLayer& all) {
   const auto given = all.find("folder");
   if (given == all.end() || given->second.values.empty()) return {};
-  const std::filesystem::path folder = located(*find_setting("folder"), given->second, {}).front();
+  std::filesystem::path folder = located(*find_setting("folder"), given->second, {}).front();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     throw Error(ErrorKind::kUsage, {.what = given->second.origin,
                                     .found = "no folder at '" + folder.string() + "'",

@@ -260,7 +260,7 @@ constexpr auto kSettings = std::to_array<Setting>({
      "workers; auto: one a processor", set_threads},
     {"scratch", kPath, kResources, "DIR", "a path of a folder", "beside the output",
      "where bulky work arrays go", set_path<&BuildOptions::scratch>},
-    {"progress", kText, kResources, "MODE", kProgressModeChoices.data(), "auto",
+    {"progress", kText, kResources, "MODE", kProgressModeChoices, "auto",
      "how progress is shown on stderr", set_progress},
     {"force", kSwitch, kInOut, "", kBoolean, "false",
      "replace an existing dataset once the new one is complete", set_switch<&BuildOptions::force>,

@@ -54,8 +54,7 @@ class SimulateCommand : public Command {
     parser_.add_option("--threads", options_.threads, "workers [one a processor]")
         ->option_text("COUNT")
         ->check(CLI::Range(1U, 1024U));
-    parser_
-        .add_option("--progress", progress_, std::string(kProgressModeChoices.data()) + " [auto]")
+    parser_.add_option("--progress", progress_, std::string(kProgressModeChoices) + " [auto]")
         ->option_text("MODE")
         ->check(CLI::IsMember(
             std::vector<std::string>(kProgressModeNames.begin(), kProgressModeNames.end())));

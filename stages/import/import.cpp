@@ -113,23 +113,22 @@ unsigned reading_workers(const Scans& scans, std::size_t stride, const Context& 
 
 /// Sampling touches nearly every page of the array; they go back after stretches of this many bytes.
 constexpr std::uint64_t kSampledBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kSamples = 1 << 17;
 
+using Position = std::array<double, 3>;
 using AxisSamples = std::array<std::vector<double>, 3>;
 
-/// The positions of every k-th point of a scan, at most about 2^17 of them, sorted on each axis.
-AxisSamples sample_positions(ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
-  std::uint64_t total = 0;
-  for (const RecordRun& run : points.runs) total += run.scan == scan ? run.count : 0;
-  const std::uint64_t every = total / (1 << 17) + 1;
-  AxisSamples samples;
+/// Calls `visit` with every k-th position of a scan.
+template <typename Visit>
+void visit_positions(ImportedPoints& points, std::size_t scan, PositionEncoding encoding,
+                     std::uint64_t every, Visit visit) {
   std::uint64_t before = 0;
   for (const RecordRun& run : points.runs) {
     if (run.scan != scan) continue;
     std::uint64_t walked = run.first_byte;
     for (std::uint64_t i = (every - before % every) % every; i < run.count; i += every) {
       const std::uint64_t at = run.first_byte + i * points.stride;
-      const auto p = native_position(points.array.bytes().data() + at, encoding);
-      for (std::size_t axis = 0; axis < 3; ++axis) samples[axis].push_back(p[axis]);
+      visit(native_position(points.array.bytes().data() + at, encoding));
       if (at - walked < kSampledBytes) continue;
       points.array.release(walked, at - walked);
       walked = at;
@@ -137,6 +136,36 @@ AxisSamples sample_positions(ImportedPoints& points, std::size_t scan, PositionE
     points.array.release(walked, run.first_byte + run.count * points.stride - walked);
     before += run.count;
   }
+}
+
+void add(AxisSamples& samples, const Position& position) {
+  for (std::size_t axis = 0; axis < 3; ++axis) samples[axis].push_back(position[axis]);
+}
+
+/// The positions of every k-th point of a scan, at most about kSamples of them, sorted on each axis.
+AxisSamples sample_positions(ImportedPoints& points, std::size_t scan, PositionEncoding encoding) {
+  std::uint64_t total = 0;
+  for (const RecordRun& run : points.runs) total += run.scan == scan ? run.count : 0;
+  AxisSamples samples;
+  visit_positions(points, scan, encoding, total / kSamples + 1,
+                  [&](const Position& p) { add(samples, p); });
+  for (auto& axis : samples) std::sort(axis.begin(), axis.end());
+  return samples;
+}
+
+/// The same of the points that do not lie at `pile`, where nearly all do, and `pile` once.
+AxisSamples sample_others(ImportedPoints& points, std::size_t scan, PositionEncoding encoding,
+                          const Position& pile) {
+  std::uint64_t others = 0;
+  visit_positions(points, scan, encoding, 1,
+                  [&](const Position& p) { others += p != pile ? 1 : 0; });
+  const std::uint64_t every = others / kSamples + 1;
+  AxisSamples samples;
+  add(samples, pile);
+  std::uint64_t seen = 0;
+  visit_positions(points, scan, encoding, 1, [&](const Position& p) {
+    if (p != pile && seen++ % every == 0) add(samples, p);
+  });
   for (auto& axis : samples) std::sort(axis.begin(), axis.end());
   return samples;
 }
@@ -152,17 +181,33 @@ ScanBox middle_of(const AxisSamples& samples) {
   return box;
 }
 
+/// On every axis the shortest range of all distinct coordinates but 1 %, at least one: however few there are, a stray
+/// one does not stretch it.
+ScanBox shortest_of_distinct(AxisSamples samples) {
+  ScanBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    auto& values = samples[axis];
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    const std::size_t left_out =
+        std::min(values.size() - 1, std::max<std::size_t>(1, values.size() / 100));
+    const std::size_t reach = values.size() - 1 - left_out;
+    std::size_t best = 0;
+    for (std::size_t first = 1; first <= left_out; ++first)
+      if (values[first + reach] - values[first] < values[best + reach] - values[best]) best = first;
+    box.min[axis] = values[best];
+    box.max[axis] = values[best + reach];
+  }
+  return box;
+}
+
 /// 2^-22 of the longest side of the box of the middle 99 % of a scan's points, per axis; judged on samples,
 /// since it only tells stray points from the rest. Where nearly all points are one, the others tell what detail
-/// there is. `box`, of all points of the scan, has an extent.
+/// there is; where they are two, their distance. `box`, of all points of the scan, has an extent.
 double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncoding encoding,
                         const ScanBox& box) {
-  AxisSamples samples = sample_positions(points, scan, encoding);
-  ScanBox middle = middle_of(samples);
-  if (middle.min == middle.max) {
-    for (auto& axis : samples) axis.erase(std::unique(axis.begin(), axis.end()), axis.end());
-    middle = middle_of(samples);
-  }
+  ScanBox middle = middle_of(sample_positions(points, scan, encoding));
+  if (middle.min == middle.max)
+    middle = shortest_of_distinct(sample_others(points, scan, encoding, middle.min));
   if (middle.min == middle.max) middle = box;
   const double float_digits =
       encoding == PositionEncoding::kFloat32 ? std::ldexp(1.0, -24) : std::ldexp(1.0, -50);

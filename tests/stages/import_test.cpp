@@ -183,6 +183,24 @@ TEST_F(ImportTest, APileOfEqualPointsDoesNotHideTheExtentOfTheOthers) {
   }
 }
 
+TEST_F(ImportTest, AStrayPointBesideAPileOfEqualOnesDoesNotCrushTheOthers) {
+  for (const std::size_t pile : {2000U, 300'001U}) {
+    std::vector<std::array<double, 3>> cloud(pile, {0, 0, 0});
+    cloud[1] = {1, 2, 3};
+    cloud[5] = {-4, 5, 6};
+    cloud[7] = {1e30, 1e30, 1e30};
+    Scans scans;
+    scans.push_back(test::world_scan(PositionEncoding::kFloat64, {}, {world_block(cloud)}));
+    try {
+      import_scans(scans, {}, context());
+      FAIL() << "steps of 1e21 were accepted for points a few units apart";
+    } catch (const formats::Error& error) {
+      EXPECT_EQ(error.kind(), formats::ErrorKind::kInput);
+      EXPECT_NE(std::string(error.what()).find("1e+30"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST_F(ImportTest, TheScanThatLiesApartIsTheOneThatIsBlamed) {
   // Three scans of a few metres, the second in a frame of its own; scales that do not divide each other.
   Scans scans;
