@@ -72,8 +72,8 @@ def build_once(arguments, scan, output):
 
 def row(name, seconds, points):
     median = statistics.median(seconds)
-    rate = points / median / 1e6 if median > 0 else float("inf")
-    print(f"{name:<12} {median:9.2f} s {min(seconds):9.2f} {max(seconds):9.2f} {rate:12.2f}")
+    rate = f"{points / median / 1e6:.2f}" if points and median > 0 else ""
+    print(f"{name:<12} {median:9.2f} s {min(seconds):9.2f} {max(seconds):9.2f} {rate:>12}".rstrip())
 
 
 def print_report(arguments, scan, output, records):
@@ -83,9 +83,10 @@ def print_report(arguments, scan, output, records):
     print(f"{points:,} points, {scan.stat().st_size / 1e6:,.0f} MB in, {arguments.threads} threads, "
           f"{len(records)} runs, {records[0]['machine']['processor']}")
     print(f"{'stage':<12} {'median':>11} {'fastest':>9} {'slowest':>9} {'M points/s':>12}")
-    for stage in [stage["name"] for stage in records[0]["stages"]]:
-        row(stage, [entry["seconds"] for record in records for entry in record["stages"] if entry["name"] == stage],
-            points)
+    for first in records[0]["stages"]:
+        # Several passes of a stage count as one here; a stage without points, such as opening the scans, has no rate.
+        row(first["name"], [entry["seconds"] for record in records for entry in record["stages"]
+                            if entry["name"] == first["name"]], points if first["points"] else 0)
     row("whole", [record["wall_s"] for record in records], points)
     stored = sum(level["points"] for level in info["levels"]) if "levels" in info else None
     size = info["bytes"]["total"]
