@@ -1,0 +1,166 @@
+#include "viewer/camera.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+
+namespace cairn::viewer {
+namespace {
+
+double radians(double degrees) { return degrees * (std::numbers::pi / 180); }
+
+bool finite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+void check_camera(const Camera& camera) {
+  if (!finite(camera.eye) || !finite(camera.target) || !finite(camera.up) ||
+      !std::isfinite(camera.fov_y_degrees))
+    formats::throw_usage("a camera with a number that is not finite");
+  if (!(camera.fov_y_degrees > 0 && camera.fov_y_degrees < 180))
+    formats::throw_usage(
+        fmt::format("a camera's field of view is {} degrees, expected above 0 and below 180",
+                    camera.fov_y_degrees));
+  if (camera.eye == camera.target) formats::throw_usage("a camera whose eye is its target");
+  const glm::dvec3 side = glm::cross(camera.target - camera.eye, camera.up);
+  if (!(glm::length(side) > 0)) formats::throw_usage("a camera that looks along its up direction");
+}
+
+}  // namespace
+
+View::View(const Camera& camera, PictureSize size, double near)
+    : camera_(camera), size_(size), near_(near) {
+  check_camera(camera);
+  CAIRN_CHECK(size.width > 0 && size.height > 0 && near > 0);
+  forward_ = glm::normalize(camera.target - camera.eye);
+  right_ = glm::normalize(glm::cross(forward_, camera.up));
+  up_ = glm::cross(right_, forward_);
+  const double tan_y = std::tan(radians(camera.fov_y_degrees) / 2);
+  const double tan_x = tan_y * size.width / size.height;
+  focal_ = size.height / 2.0 / tan_y;
+  corner_ = std::sqrt(1 + tan_x * tan_x + tan_y * tan_y);
+  side_planes_[0] = glm::normalize(right_ + tan_x * forward_);
+  side_planes_[1] = glm::normalize(-right_ + tan_x * forward_);
+  side_planes_[2] = glm::normalize(up_ + tan_y * forward_);
+  side_planes_[3] = glm::normalize(-up_ + tan_y * forward_);
+}
+
+double View::nearest_depth(const Box& box) const {
+  return glm::dot(box.center - eye(), forward_) - glm::dot(box.half, glm::abs(forward_));
+}
+
+double View::distance(const Box& box) const {
+  const glm::dvec3 beyond = glm::max(glm::abs(box.center - eye()) - box.half, glm::dvec3(0));
+  return glm::length(beyond);
+}
+
+bool View::may_see(const Box& box) const {
+  const glm::dvec3 center = box.center - eye();
+  // Rounding must not hide a box that touches a plane.
+  const double slack = 1e-12 * (glm::length(center) + glm::length(box.half));
+  for (const glm::dvec3& plane : side_planes_)
+    if (glm::dot(center, plane) + glm::dot(box.half, glm::abs(plane)) < -slack) return false;
+  return glm::dot(center, forward_) + glm::dot(box.half, glm::abs(forward_)) >= near_ - slack;
+}
+
+bool View::faces_away(const Box& box, const Cone& cone) const {
+  if (cone.axis == glm::vec3(0) || cone.min_cosine <= 0) return false;
+  const glm::dvec3 axis(cone.axis);
+  const glm::dvec3 center = box.center - eye();
+  const double distance = glm::length(center);
+  const double radius = glm::length(box.half);
+  if (distance <= radius) return false;
+  // Angles add up: of a normal to the axis, of the axis to the line of sight through the center, and of that to any
+  // line of sight through the box. Away means that all together stay below a right angle.
+  const double to_normal = std::acos(std::clamp(double{cone.min_cosine}, -1.0, 1.0));
+  const double to_axis =
+      std::acos(std::clamp(glm::dot(center, axis) / (distance * glm::length(axis)), -1.0, 1.0));
+  const double to_sight = std::asin(radius / distance);
+  return to_normal + to_axis + to_sight < std::numbers::pi / 2 - 1e-6;
+}
+
+double View::pixel_bound(const Box& box, double length) const {
+  if (length == 0) return 0;
+  const double depth = std::max(nearest_depth(box), near_) - length;
+  if (!(depth >= near_)) return std::numeric_limits<double>::infinity();
+  return focal_ * length * corner_ / depth;
+}
+
+glm::dvec2 View::project(const glm::dvec3& from_eye) const {
+  const double scale = focal_ / glm::dot(from_eye, forward_);
+  return {size_.width / 2.0 + glm::dot(from_eye, right_) * scale,
+          size_.height / 2.0 - glm::dot(from_eye, up_) * scale};
+}
+
+View View::widened(double share) const {
+  // Both sides grow by the same factor, which keeps the picture's proportions: the vertical angle tells both.
+  Camera camera = camera_;
+  const double tan_y = std::tan(radians(camera_.fov_y_degrees) / 2) * (1 + 2 * share);
+  camera.fov_y_degrees = 2 * std::atan(tan_y) * (180 / std::numbers::pi);
+  return {camera, size_, near_};
+}
+
+Camera camera_around(const Box& box, PictureSize size) {
+  const double radius = std::max(glm::length(box.half), 1e-9 * (1 + glm::length(box.center)));
+  // Flat scenes are looked at more from above.
+  const double horizontal = std::max(box.half.x, box.half.y);
+  const double rise = box.half.z < 0.3 * horizontal ? 0.7 : 0.3;
+  Camera camera;
+  camera.target = box.center;
+  const double tan_y = std::tan(radians(camera.fov_y_degrees) / 2);
+  const double narrow = std::atan(std::min(1.0, double{1.0} * size.width / size.height) * tan_y);
+  const glm::dvec3 toward = glm::normalize(glm::dvec3(-0.55, -1.0, rise));
+  camera.eye = box.center + toward * (radius / std::sin(narrow));
+  return camera;
+}
+
+Camera parse_camera(std::string_view text) {
+  std::vector<double> numbers;
+  std::size_t parts = 0;
+  const auto refuse = [&]() -> Camera {
+    throw formats::Error(
+        formats::ErrorKind::kUsage,
+        {.what = "a camera",
+         .found = "'" + std::string(text) + "'",
+         .expected = "auto or ex,ey,ez/tx,ty,tz[/ux,uy,uz[/fov]]: eye, target, up in world "
+                     "coordinates, vertical field of view in degrees"});
+  };
+  constexpr std::size_t kNumbers[] = {3, 3, 3, 1};
+  for (std::size_t at = 0; at <= text.size(); ++parts) {
+    if (parts == std::size(kNumbers)) return refuse();
+    const std::size_t end = std::min(text.find('/', at), text.size());
+    const std::string_view part = text.substr(at, end - at);
+    std::size_t count = 0;
+    for (std::size_t from = 0; from <= part.size(); ++count) {
+      const std::size_t comma = std::min(part.find(',', from), part.size());
+      double number = 0;
+      const char* last = part.data() + comma;
+      const auto [end_of_number, error] = std::from_chars(part.data() + from, last, number);
+      if (error != std::errc{} || end_of_number != last) return refuse();
+      numbers.push_back(number);
+      from = comma + 1;
+    }
+    if (count != kNumbers[parts]) return refuse();
+    at = end + 1;
+  }
+  if (parts < 2) return refuse();
+  Camera camera;
+  camera.eye = {numbers[0], numbers[1], numbers[2]};
+  camera.target = {numbers[3], numbers[4], numbers[5]};
+  if (parts > 2) camera.up = {numbers[6], numbers[7], numbers[8]};
+  if (parts > 3) camera.fov_y_degrees = numbers[9];
+  check_camera(camera);
+  return camera;
+}
+
+}  // namespace cairn::viewer

@@ -1,0 +1,55 @@
+#include "viewer/lod_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "formats/error.h"
+
+namespace cairn::viewer {
+namespace {
+
+/// The box of grid points in world units, rounded outwards: culling may not lose what touches an edge.
+Box world_box(const formats::Grid& grid, const formats::GridBox& box) {
+  Box world;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double least = grid.world(axis, box.min[axis]);
+    const double greatest = grid.world(axis, box.max[axis]);
+    world.center[axis] = least + (greatest - least) / 2;
+    const double half = std::max(greatest - world.center[axis], world.center[axis] - least);
+    world.half[axis] = std::nextafter(half, std::numeric_limits<double>::infinity());
+  }
+  return world;
+}
+
+LodNode lod_node(const formats::Grid& grid, const formats::NodeRecord& record) {
+  const auto& axis = record.cone.axis;
+  return {.box = world_box(grid, record.box),
+          .cone = {.axis = {axis[0], axis[1], axis[2]}, .min_cosine = record.cone.min_cosine},
+          .bound = record.bound,
+          .radius_max = record.radius_max,
+          .points = record.point_count};
+}
+
+}  // namespace
+
+LodTree::LodTree(const formats::Tree& tree, const formats::Grid& grid,
+                 const std::vector<formats::NodeRecord>& records)
+    : shape_(tree), fanout_(tree.fanout()) {
+  CAIRN_CHECK(records.size() == tree.node_count());
+  if (records.size() >= std::numeric_limits<NodeIndex>::max() / (fanout_ + 1))
+    formats::throw_input({.what = "too many nodes to draw from",
+                          .found = std::to_string(records.size()),
+                          .expected = "fewer than 2^32 blocks"});
+  first_leaf_ = static_cast<std::uint32_t>(formats::value_of(tree.id(tree.leaf_level(), 0)));
+  nodes_.reserve(records.size());
+  block_start_.reserve(records.size() * (fanout_ + 1));
+  for (const formats::NodeRecord& record : records) {
+    nodes_.push_back(lod_node(grid, record));
+    block_start_.insert(block_start_.end(), record.block_start.begin(), record.block_start.end());
+    node_points_ = std::max(node_points_, record.point_count);
+  }
+}
+
+}  // namespace cairn::viewer
