@@ -41,20 +41,6 @@ std::optional<T> named_in(const Table& table, std::string_view name) {
   return std::nullopt;
 }
 
-/// The attribute that a source of color is read from; empty for what needs none.
-std::string_view attribute_of(ColorSource source) {
-  switch (source) {
-    case ColorSource::kColor:
-      return formats::attribute_name::kColor;
-    case ColorSource::kIntensity:
-      return formats::attribute_name::kIntensity;
-    case ColorSource::kClassification:
-      return formats::attribute_name::kClassification;
-    default:
-      return {};
-  }
-}
-
 bool has(const SceneFacts& scene, ColorSource source) {
   switch (source) {
     case ColorSource::kColor:
@@ -95,16 +81,34 @@ Primitive choose_primitive(const SceneFacts& scene, const ViewFacts& view, const
 
 }  // namespace
 
+std::string_view attribute_of(ColorSource source) {
+  switch (source) {
+    case ColorSource::kColor:
+      return formats::attribute_name::kColor;
+    case ColorSource::kIntensity:
+      return formats::attribute_name::kIntensity;
+    case ColorSource::kClassification:
+      return formats::attribute_name::kClassification;
+    default:
+      return {};
+  }
+}
+
 SceneFacts facts_of(const formats::DatasetHeader& header) {
-  const auto has_attribute = [&](std::string_view name) {
-    return formats::find_attribute(header.schema, name).has_value();
+  const auto attribute = [&](std::string_view name) -> const formats::Attribute* {
+    const auto index = formats::find_attribute(header.schema, name);
+    return index ? &header.schema[*index] : nullptr;
+  };
+  const auto is_integer = [](const formats::Attribute* a, std::uint32_t components) {
+    return a != nullptr && a->components == components &&
+           (a->type == formats::ScalarType::kU8 || a->type == formats::ScalarType::kU16);
   };
   const auto normal = formats::normal_attribute(header.schema);
   return {.normals = normal.has_value(),
           .normals_estimated = normal && header.schema[*normal].estimated,
-          .color = has_attribute(formats::attribute_name::kColor),
-          .intensity = has_attribute(formats::attribute_name::kIntensity),
-          .classification = has_attribute(formats::attribute_name::kClassification)};
+          .color = is_integer(attribute(formats::attribute_name::kColor), 3),
+          .intensity = attribute(formats::attribute_name::kIntensity) != nullptr,
+          .classification = is_integer(attribute(formats::attribute_name::kClassification), 1)};
 }
 
 FramePlan plan_frame(const SceneFacts& scene, const ViewFacts& view, const Wishes& wishes,

@@ -30,6 +30,9 @@ enum class ColorSource {
   kError,  ///< of the node: its bound on the screen
 };
 
+/// The attribute that a source of color is read from; empty for what needs none.
+std::string_view attribute_of(ColorSource source);
+
 /// What a user asks for; what is not set is decided here.
 struct Wishes {
   std::optional<Primitive> primitive;

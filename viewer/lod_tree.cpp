@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "formats/error.h"
@@ -32,6 +34,18 @@ LodNode lod_node(const formats::Grid& grid, const formats::NodeRecord& record) {
           .points = record.point_count};
 }
 
+/// The cone, around the axis of `own`, of all normals of two cones; one without an axis has no normals.
+Cone joined(const Cone& own, const Cone& other) {
+  if (other.axis == glm::vec3(0)) return own;
+  if (own.axis == glm::vec3(0)) return other;
+  const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
+  const double between =
+      angle(glm::dot(glm::normalize(glm::dvec3(own.axis)), glm::normalize(glm::dvec3(other.axis))));
+  const double widest = std::min(between + angle(other.min_cosine), std::numbers::pi);
+  const double cosine = std::cos(widest) - 1e-6;  // float must not round it inwards
+  return {.axis = own.axis, .min_cosine = std::min(own.min_cosine, static_cast<float>(cosine))};
+}
+
 }  // namespace
 
 LodTree::LodTree(const formats::Tree& tree, const formats::Grid& grid,
@@ -50,6 +64,9 @@ LodTree::LodTree(const formats::Tree& tree, const formats::Grid& grid,
     block_start_.insert(block_start_.end(), record.block_start.begin(), record.block_start.end());
     node_points_ = std::max(node_points_, record.point_count);
   }
+  // A record's cone is of the node's own points; those below it may lean farther.
+  for (NodeIndex node = size(); node-- > 1;)
+    nodes_[parent(node)].cone = joined(nodes_[parent(node)].cone, nodes_[node].cone);
 }
 
 }  // namespace cairn::viewer

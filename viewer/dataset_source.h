@@ -1,0 +1,32 @@
+// Nodes of a dataset on disk, decoded into what a renderer takes; sections that the plan does not call for are not read.
+#pragma once
+
+#include "formats/dataset/dataset_reader.h"
+#include "viewer/frame_plan.h"
+#include "viewer/node_source.h"
+#include "viewer/point_colors.h"
+
+namespace cairn::viewer {
+
+class DatasetSource : public NodeSource {
+ public:
+  /// `dataset` and `tree` must outlive the source. Reads the root where the plan's colors need a range of values. Throws
+  /// Error (kInput) if the root is damaged.
+  DatasetSource(const formats::DatasetReader& dataset, const LodTree& tree, const FramePlan& plan);
+
+  void load(NodeIndex node, NodePoints& points) const override;
+
+ private:
+  void load_colors(const formats::NodeData& data, NodePoints& points) const;
+
+  const formats::DatasetReader& dataset_;
+  const LodTree& tree_;
+  FramePlan plan_;
+  ColumnSet columns_;
+  formats::SectionSet sections_;
+  std::optional<std::size_t> normal_;  ///< attribute of the schema
+  std::optional<std::size_t> color_;   ///< attribute that colors come from
+  ValueRange range_;                   ///< of heights or of the attribute
+};
+
+}  // namespace cairn::viewer

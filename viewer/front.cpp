@@ -1,0 +1,125 @@
+#include "viewer/front.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "formats/error.h"
+
+namespace cairn::viewer {
+namespace {
+
+/// How far beyond each edge of the picture nodes are read ahead, as a share of its size.
+constexpr double kPrefetchShare = 0.15;
+
+/// What the loader may have ready for one frame; the cache has room for that at least.
+std::size_t waiting_nodes(const FrontOptions& options) { return options.loader_threads + 2; }
+
+bool in(const std::vector<NodeIndex>& sorted, NodeIndex node) {
+  return std::ranges::binary_search(sorted, node);
+}
+
+}  // namespace
+
+Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& options,
+             Upload upload)
+    : tree_(tree),
+      source_(source),
+      options_(options),
+      upload_(std::move(upload)),
+      slots_(options.slots, tree.fanout()),
+      cache_(std::max(options.cached_nodes, waiting_nodes(options))),
+      loader_(source, options.loader_threads, waiting_nodes(options)) {}
+
+FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const NodeTest& hidden) {
+  FrontFrame frame;
+  SelectionLimits held = limits;
+  held.nodes = std::min<std::uint64_t>(limits.nodes, slots_.slots());
+  uploads_left_ = options_.uploads;
+  if (!slots_.holds(0)) load_root(frame);
+  take_loaded(frame);
+  frame.selected = select(
+      tree_, view, held, [&](NodeIndex node) { return !damaged_.contains(node); }, hidden);
+
+  const std::vector<NodeIndex>& wanted = frame.selected.nodes;
+  const std::vector<NodeIndex> around = nodes_around(view, held, frame.selected);
+  slots_.begin_frame(around.empty() ? wanted : around);
+  for (const NodeIndex node : wanted)
+    if (!in(last_, node) && at_hand(node)) ++frame.hits;
+  std::vector<NodeIndex> absent;
+  bring(wanted, absent);
+  frame.missing = static_cast<std::uint64_t>(
+      std::ranges::count_if(wanted, [&](NodeIndex node) { return !slots_.holds(node); }));
+  // What is in the picture comes first; what is around it only once nothing is missing.
+  if (frame.missing == 0) bring(around, absent);
+  loader_.request(absent);
+  last_ = wanted;
+
+  frame.drawn = select(
+      tree_, view, held, [&](NodeIndex node) { return slots_.holds(node) && in(wanted, node); },
+      hidden);
+  return frame;
+}
+
+void Front::load_root(FrontFrame& frame) {
+  NodePoints points;
+  source_.load(0, points);
+  CAIRN_CHECK(put_into_slot(0, points));
+  ++frame.forced_loads;
+  ++frame.loads;
+}
+
+void Front::take_loaded(FrontFrame& frame) {
+  for (LoadedNode& loaded : loader_.take()) {
+    ++frame.loads;
+    if (loaded.error == nullptr) {
+      if (cache_.contains(loaded.node))
+        loader_.recycle(std::move(loaded.points));
+      else if (auto gone = cache_.put(loaded.node, std::move(loaded.points)))
+        loader_.recycle(std::move(*gone));
+      continue;
+    }
+    try {
+      std::rethrow_exception(loaded.error);
+    } catch (const formats::Error& error) {
+      if (damaged_.insert(loaded.node).second) frame.damage.emplace_back(error.what());
+    }
+  }
+}
+
+std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimits& limits,
+                                           const Selection& selected) const {
+  if (!options_.prefetch) return {};
+  SelectionLimits wider = limits;
+  const double area = (1 + 2 * kPrefetchShare) * (1 + 2 * kPrefetchShare);
+  if (limits.points != SelectionLimits::kUnlimited)
+    wider.points = static_cast<std::uint64_t>(static_cast<double>(limits.points) * area);
+  const Selection around = select(tree_, view.widened(kPrefetchShare), wider,
+                                  [&](NodeIndex node) { return !damaged_.contains(node); });
+  std::vector<NodeIndex> nodes;
+  std::ranges::set_union(selected.nodes, around.nodes, std::back_inserter(nodes));
+  if (nodes.size() > slots_.slots()) nodes.clear();
+  return nodes;
+}
+
+/// Puts nodes that are decoded into slots, parents first, and lists those that must be read.
+void Front::bring(std::span<const NodeIndex> nodes, std::vector<NodeIndex>& absent) {
+  for (const NodeIndex node : nodes) {
+    if (slots_.holds(node)) continue;
+    if (const NodePoints* points = cache_.find(node))
+      put_into_slot(node, *points);
+    else
+      absent.push_back(node);
+  }
+}
+
+bool Front::put_into_slot(NodeIndex node, const NodePoints& points) {
+  if (uploads_left_ == 0 || !slots_.accepts(node)) return false;
+  const auto slot = slots_.insert(node);
+  if (!slot) return false;
+  --uploads_left_;
+  upload_(*slot, points.columns());
+  return true;
+}
+
+}  // namespace cairn::viewer

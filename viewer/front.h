@@ -1,0 +1,78 @@
+// The rendering front across frames: what a frame should be drawn with, what it can be drawn with, and what is to be read
+// for the next ones.
+// Based on: Goswami, Zhang, Pajarola, Gobbetti, "High Quality Interactive Rendering of Massive Point Models Using Multi-way
+// kd-Trees", 2010, section IV, figure 6. Its four transitions here: old node to none, at once; children to ancestor, at
+// once, as a node is held only together with its ancestors; ancestor to children, as soon as they are read, the ancestor
+// drawn until then; none to new node: its nearest ancestor at hand is drawn. So only the root is ever waited for.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "viewer/lod_selection.h"
+#include "viewer/node_cache.h"
+#include "viewer/node_loader.h"
+#include "viewer/node_slots.h"
+
+namespace cairn::viewer {
+
+struct FrontOptions {
+  std::uint32_t slots = 1;       ///< nodes that the renderer has room for
+  std::size_t cached_nodes = 1;  ///< decoded nodes in memory beside them
+  unsigned loader_threads = 1;
+  bool prefetch = false;               ///< read what lies a little outside of the picture
+  std::uint32_t uploads = UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most
+};
+
+/// One frame.
+struct FrontFrame {
+  Selection selected;              ///< the cut that the limits ask for
+  Selection drawn;                 ///< the cut to draw: `selected` as far as it is at hand
+  std::uint64_t loads = 0;         ///< nodes that were read since the last frame
+  std::uint64_t forced_loads = 0;  ///< nodes that this frame waited for
+  std::uint64_t hits = 0;          ///< nodes that came into use and were at hand
+  std::uint64_t missing = 0;       ///< nodes of `selected` that are not at hand
+  std::vector<std::string>
+      damage;  ///< of nodes that were found damaged since the last frame; each is told once
+};
+
+class Front {
+ public:
+  /// Puts a node's points into a slot of the renderer.
+  using Upload = std::function<void(std::uint32_t slot, const PointColumns& points)>;
+
+  /// `tree` and `source` must outlive the front.
+  Front(const LodTree& tree, const NodeSource& source, const FrontOptions& options, Upload upload);
+
+  /// Ensures that the drawn cut is at hand and keeps the limits, and, once nothing is missing, equals the selected one.
+  /// Throws Error if the root cannot be read, which nothing could stand in for.
+  FrontFrame advance(const View& view, const SelectionLimits& limits, const NodeTest& hidden = {});
+  /// The slot of a node of the last drawn cut.
+  std::uint32_t slot_of(NodeIndex node) const { return slots_.find(node).value(); }
+  /// Waits until something has been read, or nothing is to be.
+  void wait() { loader_.wait(); }
+  std::uint64_t damaged() const { return damaged_.size(); }
+
+ private:
+  void load_root(FrontFrame& frame);
+  void take_loaded(FrontFrame& frame);
+  std::vector<NodeIndex> nodes_around(const View& view, const SelectionLimits& limits,
+                                      const Selection& selected) const;
+  void bring(std::span<const NodeIndex> nodes, std::vector<NodeIndex>& absent);
+  bool put_into_slot(NodeIndex node, const NodePoints& points);
+  bool at_hand(NodeIndex node) const { return slots_.holds(node) || cache_.contains(node); }
+
+  const LodTree& tree_;
+  const NodeSource& source_;
+  FrontOptions options_;
+  Upload upload_;
+  NodeSlots slots_;
+  NodeCache cache_;
+  std::unordered_set<NodeIndex> damaged_;
+  std::vector<NodeIndex> last_;  ///< nodes of the last selected cut
+  std::uint32_t uploads_left_ = 0;
+  NodeLoader loader_;  ///< the last member: its threads end before all else goes
+};
+
+}  // namespace cairn::viewer

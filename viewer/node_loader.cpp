@@ -1,0 +1,85 @@
+#include "viewer/node_loader.h"
+
+#include <algorithm>
+#include <ranges>
+#include <utility>
+
+#include "formats/error.h"
+
+namespace cairn::viewer {
+
+NodeLoader::NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting)
+    : source_(source), waiting_(waiting) {
+  CAIRN_CHECK(threads >= 1 && waiting >= 1);
+  for (unsigned i = 0; i < threads; ++i)
+    threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+}
+
+NodeLoader::~NodeLoader() {
+  for (std::jthread& thread : threads_) thread.request_stop();
+  threads_.clear();  // joins, while all that they use is still there
+}
+
+void NodeLoader::request(std::span<const NodeIndex> nodes) {
+  {
+    const std::lock_guard lock(mutex_);
+    wishes_.clear();
+    const auto known = [&](NodeIndex node) {
+      return under_way_.contains(node) ||
+             std::ranges::find(done_, node, &LoadedNode::node) != done_.end();
+    };
+    for (const NodeIndex node : nodes | std::views::reverse)
+      if (!known(node)) wishes_.push_back(node);
+  }
+  wake_.notify_all();
+}
+
+std::vector<LoadedNode> NodeLoader::take() {
+  std::vector<LoadedNode> taken;
+  {
+    const std::lock_guard lock(mutex_);
+    taken.swap(done_);
+  }
+  wake_.notify_all();
+  return taken;
+}
+
+void NodeLoader::wait() {
+  std::unique_lock lock(mutex_);
+  finished_.wait(lock, [&] { return !done_.empty() || (wishes_.empty() && under_way_.empty()); });
+}
+
+void NodeLoader::recycle(NodePoints points) {
+  const std::lock_guard lock(mutex_);
+  if (spare_.size() < waiting_) spare_.push_back(std::move(points));
+}
+
+void NodeLoader::work(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    const auto may_begin = [&] {
+      return !wishes_.empty() && done_.size() + under_way_.size() < waiting_;
+    };
+    if (!wake_.wait(lock, stop, may_begin)) return;
+    LoadedNode loaded{.node = wishes_.back(), .points = {}, .error = {}};
+    wishes_.pop_back();
+    under_way_.insert(loaded.node);
+    if (!spare_.empty()) {
+      loaded.points = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    lock.unlock();
+    try {
+      source_.load(loaded.node, loaded.points);
+    } catch (...) {
+      loaded.error = std::current_exception();
+    }
+    lock.lock();
+    under_way_.erase(loaded.node);
+    done_.push_back(std::move(loaded));
+    finished_.notify_all();
+    if (stop.stop_requested()) return;
+  }
+}
+
+}  // namespace cairn::viewer

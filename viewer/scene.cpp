@@ -1,0 +1,175 @@
+#include "viewer/scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <ranges>
+#include <utility>
+
+#include "formats/error.h"
+#include "viewer/depth_layers.h"
+#include "viewer/point_colors.h"
+
+namespace cairn::viewer {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Colors for errors between a quarter of a pixel and 64 pixels, each doubling the same step.
+std::uint32_t error_color(double pixels) {
+  return ramp_color((std::log2(std::clamp(pixels, 0.25, 64.0)) + 2) / 8);
+}
+
+/// Whether `next` goes on where `item` ends and is drawn alike.
+bool continues(const DrawItem& item, const DrawItem& next) {
+  return item.slot == next.slot && item.first + item.count == next.first && item.tint == next.tint;
+}
+
+}  // namespace
+
+double near_plane(const Box& scene) {
+  return 1e-6 * std::max(glm::length(scene.half), 1e-9 * (1 + glm::length(scene.center)));
+}
+
+Scene::Scene(const LodTree& tree, const SceneFacts& facts, const NodeSource& source,
+             Renderer& renderer, const FramePlan& plan, const FrontOptions& options)
+    : tree_(tree),
+      facts_(facts),
+      renderer_(renderer),
+      columns_(columns_of(plan)),
+      front_(tree, source, options, [&renderer](std::uint32_t slot, const PointColumns& points) {
+        renderer.upload(slot, points);
+      }) {}
+
+FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, const Wishes& wishes,
+                            bool queries) {
+  const Clock::time_point start = Clock::now();
+  FrontFrame front = front_.advance(
+      view, limits,
+      queries ? [this](NodeIndex node) { return hidden_.contains(node); } : NodeTest{});
+  drawn_ = std::move(front.drawn);
+  const ViewFacts seen{.splat_pixels = drawn_.splat_pixels,
+                       .depth_layers = depth_layers(tree_, view, drawn_)};
+  FrameStatistics frame;
+  frame.plan = plan_frame(facts_, seen, wishes, queries);
+  const Frame items = make_frame(view, frame.plan);
+  frame.select_ms = milliseconds_since(start);
+
+  const Clock::time_point begin = Clock::now();
+  const DrawStatistics drawn = renderer_.draw(items);
+  frame.draw_ms = milliseconds_since(begin);
+  note_seen(drawn.seen);
+
+  frame.points = drawn.points;
+  frame.unseen_points = drawn.unseen_points;
+  frame.nodes = drawn_.nodes.size();
+  frame.nodes_on_level.resize(tree_.shape().leaf_level() + 1);
+  for (const NodeIndex node : drawn_.nodes) ++frame.nodes_on_level[tree_.level_of(node)];
+  frame.loads = front.loads;
+  frame.forced_loads = front.forced_loads;
+  frame.hits = front.hits;
+  frame.missing = front.missing;
+  frame.damaged = front_.damaged();
+  frame.outside = drawn_.outside;
+  frame.facing_away = drawn_.facing_away;
+  frame.hidden = drawn_.hidden;
+  frame.pixel_bound = drawn_.pixel_bound;
+  frame.damage = std::move(front.damage);
+  return frame;
+}
+
+FrameStatistics Scene::draw_settled(const View& view, const SelectionLimits& limits,
+                                    const Wishes& wishes, bool queries) {
+  FrameStatistics all = draw(view, limits, wishes, queries);
+  while (all.missing > 0) {
+    front_.wait();
+    FrameStatistics next = draw(view, limits, wishes, queries);
+    next.loads += all.loads;
+    next.forced_loads += all.forced_loads;
+    next.hits += all.hits;
+    next.damage.insert(next.damage.begin(), all.damage.begin(), all.damage.end());
+    all = std::move(next);
+  }
+  return all;
+}
+
+Frame Scene::make_frame(const View& view, const FramePlan& plan) const {
+  Frame frame{.view = view, .plan = plan, .items = {}};
+  for (const FrontBlock& block : drawn_.front) {
+    const DrawItem item = make_item(view, plan, block);
+    // Queries are asked a region, all else is drawn in ranges as long as possible.
+    if (!plan.occlusion_queries && !frame.items.empty() && continues(frame.items.back(), item))
+      frame.items.back().count += item.count;
+    else
+      frame.items.push_back(item);
+  }
+  const auto squared_distance = [](const DrawItem& item) {
+    return glm::dot(item.offset, item.offset);
+  };
+  std::ranges::stable_sort(frame.items, {}, squared_distance);
+  return frame;
+}
+
+DrawItem Scene::make_item(const View& view, const FramePlan& plan, const FrontBlock& block) const {
+  const formats::IndexRange range = tree_.block(block.node, block.block);
+  const NodeIndex region = tree_.region_of(block.node, block.block);
+  const Box& box = tree_.node(region).box;
+  DrawItem item{.slot = front_.slot_of(block.node),
+                .first = static_cast<std::uint32_t>(range.first),
+                .count = static_cast<std::uint32_t>(range.count),
+                .offset = glm::vec3(tree_.node(block.node).box.center - view.eye()),
+                .tint = tint_of(view, plan, block.node, box),
+                .region = region,
+                .probe = block.hidden};
+  if (plan.occlusion_queries) {
+    item.box_center = glm::vec3(box.center - view.eye());
+    item.box_half = glm::vec3(box.half);
+  }
+  return item;
+}
+
+std::uint32_t Scene::tint_of(const View& view, const FramePlan& plan, NodeIndex node,
+                             const Box& region) const {
+  switch (plan.color) {
+    case ColorSource::kPlain:
+      return pack_color(205, 203, 198);
+    case ColorSource::kLevel:
+      return palette_color(tree_.level_of(node));
+    case ColorSource::kError:
+      return error_color(view.pixel_bound(region, tree_.node(node).bound));
+    default:
+      return 0;
+  }
+}
+
+void Scene::note_seen(const std::vector<RegionSeen>& seen) {
+  for (const RegionSeen& region : seen) {
+    if (region.seen)
+      hidden_.erase(region.region);
+    else
+      hidden_.insert(region.region);
+  }
+  if (seen.empty()) return;
+  // A node all of whose visible regions are hidden is hidden itself: it need not be refined. Children come first.
+  for (std::size_t end = drawn_.front.size(), i = drawn_.nodes.size(); i-- > 1;) {
+    const NodeIndex node = drawn_.nodes[i];
+    bool all_hidden = true;
+    for (; end > 0 && drawn_.front[end - 1].node == node; --end)
+      all_hidden =
+          all_hidden && hidden_.contains(tree_.region_of(node, drawn_.front[end - 1].block));
+    if (!tree_.is_leaf(node))
+      for (std::uint32_t block = 0; block < tree_.fanout(); ++block) {
+        const NodeIndex child = tree_.child(node, block);
+        if (std::ranges::binary_search(drawn_.nodes, child))
+          all_hidden = all_hidden && hidden_.contains(child);
+      }
+    if (all_hidden) hidden_.insert(node);
+  }
+}
+
+}  // namespace cairn::viewer

@@ -1,0 +1,74 @@
+// A dataset on its way to a picture: each frame selects what to draw, plans how, hands it to the renderer, and tells what
+// was done.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "viewer/frame_plan.h"
+#include "viewer/front.h"
+#include "viewer/renderer.h"
+
+namespace cairn::viewer {
+
+/// The near plane for a scene: so near that nobody meets it, far enough for float depths.
+double near_plane(const Box& scene);
+
+/// What a frame did.
+struct FrameStatistics {
+  std::uint64_t points = 0;                   ///< drawn
+  std::uint64_t unseen_points = 0;            ///< kept back: of regions that others hide
+  std::uint64_t nodes = 0;                    ///< in use
+  std::vector<std::uint64_t> nodes_on_level;  ///< from the root on
+  std::uint64_t loads = 0;
+  std::uint64_t forced_loads = 0;
+  std::uint64_t hits = 0;
+  std::uint64_t missing = 0;      ///< nodes that ancestors still stand in for
+  std::uint64_t damaged = 0;      ///< nodes that ancestors stand in for for good
+  std::uint64_t outside = 0;      ///< regions culled because they lie outside of the picture,
+  std::uint64_t facing_away = 0;  ///< turn their backs,
+  std::uint64_t hidden = 0;       ///< or lie behind others
+  double pixel_bound =
+      0;  ///< no input point is drawn farther than this from where it belongs, pixels; may be infinite
+  double select_ms = 0;
+  double draw_ms = 0;
+  FramePlan plan;
+  std::vector<std::string> damage;  ///< what was found damaged since the last frame
+};
+
+class Scene {
+ public:
+  /// What it refers to must outlive the scene. `plan` is what the renderer and the source are made for: frames use its
+  /// columns or fewer.
+  Scene(const LodTree& tree, const SceneFacts& facts, const NodeSource& source, Renderer& renderer,
+        const FramePlan& plan, const FrontOptions& options);
+
+  /// Draws one frame. Wishes may ask for what the plan's columns hold only. `queries`: the renderer has occlusion queries.
+  FrameStatistics draw(const View& view, const SelectionLimits& limits, const Wishes& wishes,
+                       bool queries);
+  /// Draws frames until one shows the selected cut; returns what that did, loads and hits of all together.
+  FrameStatistics draw_settled(const View& view, const SelectionLimits& limits,
+                               const Wishes& wishes, bool queries);
+  /// The cut that was drawn last, and the view.
+  const Selection& drawn() const { return drawn_; }
+
+ private:
+  Frame make_frame(const View& view, const FramePlan& plan) const;
+  DrawItem make_item(const View& view, const FramePlan& plan, const FrontBlock& block) const;
+  std::uint32_t tint_of(const View& view, const FramePlan& plan, NodeIndex node,
+                        const Box& region) const;
+  void note_seen(const std::vector<RegionSeen>& seen);
+
+  const LodTree& tree_;
+  SceneFacts facts_;
+  Renderer& renderer_;
+  ColumnSet columns_;
+  Front front_;
+  Selection drawn_;
+  std::unordered_set<NodeIndex>
+      hidden_;  ///< regions that others hid when they were last drawn or probed
+};
+
+}  // namespace cairn::viewer
