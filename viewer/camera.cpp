@@ -23,27 +23,44 @@ bool finite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+/// The unit vector of a finite vector that is not zero, however long or short.
+glm::dvec3 unit(const glm::dvec3& v) {
+  const double largest = std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+  return glm::normalize(v / largest);
+}
+
+/// Sine of the least angle between the line of sight and the up direction: with less, rounding decides what is right
+/// and left in the picture.
+constexpr double kLeastSine = 1e-6;
+
 void check_camera(const Camera& camera) {
-  if (!finite(camera.eye) || !finite(camera.target) || !finite(camera.up) ||
-      !std::isfinite(camera.fov_y_degrees))
-    formats::throw_usage("a camera with a number that is not finite");
-  if (!(camera.fov_y_degrees > 0 && camera.fov_y_degrees < 180))
-    formats::throw_usage(
-        fmt::format("a camera's field of view is {} degrees, expected above 0 and below 180",
-                    camera.fov_y_degrees));
-  if (camera.eye == camera.target) formats::throw_usage("a camera whose eye is its target");
-  const glm::dvec3 side = glm::cross(camera.target - camera.eye, camera.up);
-  if (!(glm::length(side) > 0)) formats::throw_usage("a camera that looks along its up direction");
+  if (std::string fault = fault_of(camera); !fault.empty()) formats::throw_usage(std::move(fault));
 }
 
 }  // namespace
+
+std::string fault_of(const Camera& camera) {
+  if (!finite(camera.eye) || !finite(camera.target) || !finite(camera.up) ||
+      !std::isfinite(camera.fov_y_degrees))
+    return "a camera with a number that is not finite";
+  if (!(camera.fov_y_degrees > 0 && camera.fov_y_degrees < 180))
+    return fmt::format("a camera's field of view is {} degrees, expected above 0 and below 180",
+                       camera.fov_y_degrees);
+  if (camera.eye == camera.target) return "a camera whose eye is its target";
+  const glm::dvec3 sight = camera.target - camera.eye;
+  if (!finite(sight)) return "a camera whose target is too far from its eye";
+  if (camera.up == glm::dvec3(0)) return "a camera whose up direction is zero";
+  if (!(glm::length(glm::cross(unit(sight), unit(camera.up))) > kLeastSine))
+    return "a camera that looks along its up direction";
+  return {};
+}
 
 View::View(const Camera& camera, PictureSize size, double near)
     : camera_(camera), size_(size), near_(near) {
   check_camera(camera);
   CAIRN_CHECK(size.width > 0 && size.height > 0 && near > 0);
-  forward_ = glm::normalize(camera.target - camera.eye);
-  right_ = glm::normalize(glm::cross(forward_, camera.up));
+  forward_ = unit(camera.target - camera.eye);
+  right_ = glm::normalize(glm::cross(forward_, unit(camera.up)));
   up_ = glm::cross(right_, forward_);
   const double tan_y = std::tan(radians(camera.fov_y_degrees) / 2);
   const double tan_x = tan_y * size.width / size.height;
@@ -106,7 +123,8 @@ View View::widened(double share) const {
   // Both sides grow by the same factor, which keeps the picture's proportions: the vertical angle tells both.
   Camera camera = camera_;
   const double tan_y = std::tan(radians(camera_.fov_y_degrees) / 2) * (1 + 2 * share);
-  camera.fov_y_degrees = 2 * std::atan(tan_y) * (180 / std::numbers::pi);
+  camera.fov_y_degrees =
+      std::min(2 * std::atan(tan_y) * (180 / std::numbers::pi), std::nextafter(180.0, 0.0));
   return {camera, size_, near_};
 }
 

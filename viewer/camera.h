@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <string>
 #include <string_view>
 
 namespace cairn::viewer {
@@ -18,6 +19,9 @@ struct Camera {
 
   friend bool operator==(const Camera&, const Camera&) = default;
 };
+
+/// What is wrong with a camera, "a camera whose eye is its target"; empty for one as told above.
+std::string fault_of(const Camera& camera);
 
 /// "ex,ey,ez/tx,ty,tz/ux,uy,uz/fov": the last two parts may be left out. Throws formats::Error (kUsage).
 Camera parse_camera(std::string_view text);
