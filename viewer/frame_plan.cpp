@@ -74,9 +74,9 @@ ColorSource choose_color(const SceneFacts& scene, const Wishes& wishes) {
 }
 
 Primitive choose_primitive(const SceneFacts& scene, const ViewFacts& view, const Wishes& wishes) {
-  const Primitive wished =
-      wishes.primitive.value_or(scene.normals ? Primitive::kSplats : Primitive::kDiscs);
-  return view.splat_pixels < kSmallestSplatPixels ? Primitive::kPoints : wished;
+  if (wishes.primitive) return *wishes.primitive;
+  if (view.splat_pixels < kSmallestSplatPixels) return Primitive::kPoints;
+  return scene.normals ? Primitive::kSplats : Primitive::kDiscs;
 }
 
 }  // namespace

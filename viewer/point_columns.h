@@ -16,6 +16,9 @@ struct ColumnSet {
 
   /// Bytes that a point takes.
   std::size_t point_bytes() const { return 12u + 4u * (unsigned{radius} + color + normal); }
+  bool holds(const ColumnSet& other) const {
+    return radius >= other.radius && color >= other.color && normal >= other.normal;
+  }
   friend bool operator==(const ColumnSet&, const ColumnSet&) = default;
 };
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <ranges>
+#include <iterator>
 #include <utility>
 
 #include "formats/error.h"
@@ -57,6 +57,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
                        .depth_layers = depth_layers(tree_, view, drawn_)};
   FrameStatistics frame;
   frame.plan = plan_frame(facts_, seen, wishes, queries);
+  CAIRN_CHECK(columns_.holds(columns_of(frame.plan)));
   const Frame items = make_frame(view, frame.plan);
   frame.select_ms = milliseconds_since(start);
 
@@ -84,18 +85,25 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
 }
 
 FrameStatistics Scene::draw_settled(const View& view, const SelectionLimits& limits,
-                                    const Wishes& wishes, bool queries) {
-  FrameStatistics all = draw(view, limits, wishes, queries);
-  while (all.missing > 0) {
+                                    const Wishes& wishes) {
+  FrontFrame loading = front_.advance(view, limits);
+  std::vector<std::string> damage = std::move(loading.damage);
+  std::uint64_t loads = loading.loads;
+  std::uint64_t forced_loads = loading.forced_loads;
+  std::uint64_t hits = loading.hits;
+  while (loading.missing > 0) {
     front_.wait();
-    FrameStatistics next = draw(view, limits, wishes, queries);
-    next.loads += all.loads;
-    next.forced_loads += all.forced_loads;
-    next.hits += all.hits;
-    next.damage.insert(next.damage.begin(), all.damage.begin(), all.damage.end());
-    all = std::move(next);
+    loading = front_.advance(view, limits);
+    std::ranges::move(loading.damage, std::back_inserter(damage));
+    loads += loading.loads;
+    hits += loading.hits;
   }
-  return all;
+  FrameStatistics frame = draw(view, limits, wishes, /*queries=*/false);
+  frame.loads += loads;
+  frame.forced_loads += forced_loads;
+  frame.hits += hits;
+  frame.damage.insert(frame.damage.begin(), damage.begin(), damage.end());
+  return frame;
 }
 
 Frame Scene::make_frame(const View& view, const FramePlan& plan) const {

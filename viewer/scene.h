@@ -48,10 +48,11 @@ class Scene {
   /// Draws one frame. Wishes may ask for what the plan's columns hold only. `queries`: the renderer has occlusion queries.
   FrameStatistics draw(const View& view, const SelectionLimits& limits, const Wishes& wishes,
                        bool queries);
-  /// Draws frames until one shows the selected cut; returns what that did, loads and hits of all together.
+  /// Reads all that the selected cut needs, then draws it, without occlusion queries, which a single frame gains nothing
+  /// from. Loads and hits are those of the reading.
   FrameStatistics draw_settled(const View& view, const SelectionLimits& limits,
-                               const Wishes& wishes, bool queries);
-  /// The cut that was drawn last, and the view.
+                               const Wishes& wishes);
+  /// The cut that was drawn last.
   const Selection& drawn() const { return drawn_; }
 
  private:
