@@ -14,8 +14,9 @@ FrontOptions front_options(const LodTree& tree, const FramePlan& plan, const Cac
   const std::uint64_t share = cache.beside_renderer ? cache.bytes / 2 : cache.bytes;
   const std::uint64_t slots = std::min<std::uint64_t>(share / node_bytes, tree.size());
   if (slots == 0)
-    formats::throw_usage(fmt::format(
-        "a cache of {} bytes holds no node; one of this dataset takes {} bytes", share, node_bytes));
+    formats::throw_usage(
+        fmt::format("a cache of {} bytes holds no node; one of this dataset takes {} bytes", share,
+                    node_bytes));
   return {.slots = static_cast<std::uint32_t>(slots),
           .cached_nodes = cache.beside_renderer ? static_cast<std::size_t>(slots) : 1,
           .loader_threads = cache.loader_threads,
@@ -30,9 +31,8 @@ DatasetView::DatasetView(const formats::DatasetReader& dataset, const LodTree& t
                          const MakeRenderer& make_renderer)
     : source_(dataset, tree, plan),
       front_(front_options(tree, plan, cache)),
-      renderer_(make_renderer({.columns = columns_of(plan),
-                               .slots = front_.slots,
-                               .slot_points = tree.node_points()})),
+      renderer_(make_renderer(
+          {.columns = columns_of(plan), .slots = front_.slots, .slot_points = tree.node_points()})),
       scene_(tree, facts_of(dataset.header()), source_, *renderer_, plan, front_) {}
 
 }  // namespace cairn::viewer

@@ -26,6 +26,7 @@ std::unique_ptr<Command> make_info_command(CLI::App& program);
 std::unique_ptr<Command> make_report_command(CLI::App& program);
 std::unique_ptr<Command> make_verify_command(CLI::App& program);
 std::unique_ptr<Command> make_export_command(CLI::App& program);
+std::unique_ptr<Command> make_render_command(CLI::App& program);
 std::unique_ptr<Command> make_simulate_command(CLI::App& program);
 
 }  // namespace cairn::pipeline

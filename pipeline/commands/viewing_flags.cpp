@@ -45,7 +45,8 @@ std::optional<std::uint32_t> parse_side(std::string_view text) {
 }
 
 CLI::Option* add_switch(CLI::App& parser, const char* name, std::string& value, const char* help) {
-  return parser.add_option(name, value, std::string(help) + " [auto: where the scene calls for it]")
+  return parser
+      .add_option(name, value, std::string(help) + " [auto: where the scene calls for it]")
       ->option_text("auto|on|off")
       ->check(CLI::IsMember({"auto", "on", "off"}));
 }
@@ -80,9 +81,11 @@ ViewingFlags::ViewingFlags(CLI::App& parser) {
       ->check(CLI::IsMember({"auto", "color", "intensity", "classification", "normal", "height",
                              "plain", "level", "error"}));
   add_switch(parser, "--lighting", lighting_, "a light at the eye");
-  add_switch(parser, "--eye-dome", eye_dome_, "eye-dome lighting, which shows edges by depth alone");
+  add_switch(parser, "--eye-dome", eye_dome_,
+             "eye-dome lighting, which shows edges by depth alone");
   add_switch(parser, "--back-faces", back_faces_, "cull what turns its back to the eye");
-  add_switch(parser, "--occlusion", occlusion_, "cull what others hide (paths and windows with GL)");
+  add_switch(parser, "--occlusion", occlusion_,
+             "cull what others hide (paths and windows with GL)");
   parser.add_flag("--deferred", deferred_, "blend splats from one pass over the points (GL)");
   parser.add_option("--point-size", point_size_, "side of points, pixels [1]")
       ->option_text("PIXELS")

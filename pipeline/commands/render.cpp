@@ -1,0 +1,182 @@
+// `cairn render`: pictures of a dataset without a window.
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <span>
+#include <thread>
+
+#include "formats/error.h"
+#include "formats/part_file.h"
+#include "pipeline/commands/dataset_command.h"
+#include "pipeline/commands/results.h"
+#include "pipeline/commands/viewing_flags.h"
+#include "pipeline/frame_report.h"
+#include "pipeline/human.h"
+#include "pipeline/publish.h"
+#include "stages/parallel.h"
+#include "viewer/cpu/cpu_renderer.h"
+#include "viewer/walk_file.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr const char* kAbout = "Draw a dataset into a picture, or along a camera path.";
+constexpr const char* kFooter =
+    "The picture is drawn from at most --budget points, the nearest parts the finest; "
+    "--pixel-error "
+    "stops earlier,\n"
+    "where the recorded error is small enough on the screen. With --path every frame of a camera "
+    "path is drawn as in\n"
+    "a window, nodes being read meanwhile, and -o names a table of comma-separated values, a row a "
+    "frame.\n"
+    "\n"
+    "Examples:\n"
+    "  cairn render site.cairn -o site.png\n"
+    "  cairn render site.cairn -o site.png --budget 500k --size 1920x1080 --stats json\n"
+    "  cairn render site.cairn -o exact.png --budget all --pixel-error 1 --draw points\n"
+    "  cairn render site.cairn -o near.png --camera 10,20,5/0,0,0\n"
+    "  cairn render site.cairn --path walk.toml -o walk.csv && scripts/plot_walk.py walk.csv";
+
+class RenderCommand : public DatasetCommand {
+ public:
+  explicit RenderCommand(CLI::App& program)
+      : DatasetCommand(program, "render", kAbout, kFooter), viewing_(parser_) {
+    parser_.add_option("-o,--output", output_, "the picture, or with --path the table, to write")
+        ->option_text("FILE")
+        ->required();
+    parser_.add_option("--mode", mode_, "cpu, or gl: OpenGL 4.5, no screen needed [cpu]")
+        ->option_text("cpu|gl")
+        ->check(CLI::IsMember({"cpu", "gl"}));
+    parser_.add_option("--path", path_, "a camera path to play, a .toml file")
+        ->option_text("WALK.toml");
+    parser_
+        .add_option("--last-frame", last_frame_, "with --path: write the last frame as a picture")
+        ->option_text("FILE.png");
+    parser_.add_option("--stats", stats_, "what was done, as text or as one JSON object [text]")
+        ->option_text("text|json")
+        ->check(CLI::IsMember({"text", "json"}));
+    parser_.add_option("--threads", threads_, "workers [one a processor]")
+        ->option_text("COUNT")
+        ->check(CLI::Range(1U, 1024U));
+    parser_.add_flag("--force", force_, "replace an existing file");
+  }
+
+  int run(const std::stop_token& stop) override {
+    require_free_place(output_, force_);
+    int code = 0;
+    tbb::task_arena arena(static_cast<int>(threads_));
+    arena.execute([&] { code = draw(stop); });
+    return code;
+  }
+
+ private:
+  int draw(const std::stop_token& stop) {
+    const auto dataset = formats::DatasetReader::open(dataset_);
+    const viewer::LodTree tree(dataset.tree(), dataset.header().grid, dataset.nodes());
+    if (!path_.empty()) return draw_walk(dataset, tree, stop);
+    return draw_picture(dataset, tree);
+  }
+
+  viewer::View view_of(const viewer::LodTree& tree, const viewer::Camera& camera) const {
+    return {camera, viewing_.size(), viewer::near_plane(tree.node(0).box)};
+  }
+
+  viewer::DatasetView open(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
+                           const viewer::FramePlan& plan, bool prefetch) {
+    const bool gl = mode_ == "gl";
+    return {dataset,
+            tree,
+            plan,
+            {.bytes = viewing_.cache_bytes(),
+             .beside_renderer = gl,
+             .loader_threads = std::max(1U, threads_ / 2),
+             .prefetch = prefetch},
+            [](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
+              return std::make_unique<viewer::CpuRenderer>(size);
+            }};
+  }
+
+  /// One picture: what it calls for is known before anything is read, and nothing else is.
+  int draw_picture(const formats::DatasetReader& dataset, const viewer::LodTree& tree) {
+    const viewer::SceneFacts facts = viewer::facts_of(dataset.header());
+    const viewer::View view = view_of(tree, viewing_.camera(tree.node(0).box));
+    viewer::Wishes wishes = viewing_.wishes();
+    viewer::SelectionLimits limits = viewing_.limits();
+    viewer::FramePlan plan = plan_frame(facts, {}, wishes, false);
+    limits.cull_back_faces = plan.cull_back_faces;
+    const viewer::Selection cut = select(tree, view, limits);
+    plan = plan_frame(facts, {.splat_pixels = cut.splat_pixels}, wishes, false);
+    wishes.primitive = plan.primitive;
+    viewer::DatasetView pictures = open(dataset, tree, plan, /*prefetch=*/false);
+    const viewer::FrameStatistics frame = pictures.scene().draw_settled(view, limits, wishes);
+    warn(frame);
+    viewer::write_png(pictures.renderer().picture(), output_);
+    const PictureFacts told{mode_, view,
+                            viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    print_results(stats_ == "json" ? frame_json(frame, told)
+                                   : output_ + "\n" + frame_text(frame, told));
+    return 0;
+  }
+
+  /// A path: any view may come, so all that its plans may call for is read.
+  int draw_walk(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
+                const std::stop_token& stop) {
+    const viewer::Walk walk = viewer::read_walk(path_);
+    const viewer::SceneFacts facts = viewer::facts_of(dataset.header());
+    const viewer::Wishes wishes = viewing_.wishes();
+    const bool queries = mode_ == "gl";
+    const viewer::FramePlan plan = plan_frame(facts, {}, wishes, queries);
+    viewer::SelectionLimits limits = viewing_.limits();
+    limits.cull_back_faces = plan.cull_back_faces;
+    viewer::DatasetView pictures = open(dataset, tree, plan, /*prefetch=*/true);
+    WalkReport report;
+    std::optional<viewer::View> view;
+    for (const viewer::TimedCamera& at : walk.frames(walk.frames_per_second())) {
+      if (stop.stop_requested()) throw stages::Stopped{};
+      view = view_of(tree, at.camera);
+      const auto frame = pictures.scene().draw(*view, limits, wishes, queries);
+      warn(frame);
+      report.add(at.time_s, frame);
+    }
+    write_table(report.csv());
+    if (!last_frame_.empty()) viewer::write_png(pictures.renderer().picture(), last_frame_);
+    const PictureFacts told{mode_, *view,
+                            viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    print_results(stats_ == "json" ? report.summary_json(told)
+                                   : output_ + "\n" + report.summary_text(told));
+    return 0;
+  }
+
+  void write_table(const std::string& table) const {
+    formats::PartFile rows(output_, force_);
+    rows.file().append(std::as_bytes(std::span(table)));
+    rows.publish();
+  }
+
+  static void warn(const viewer::FrameStatistics& frame) {
+    for (const std::string& line : frame.damage)
+      fmt::print(stderr, "cairn: warning: {}; drawn by what stands for it\n", printable(line));
+  }
+
+  ViewingFlags viewing_;
+  std::string output_;
+  std::string mode_ = "cpu";
+  std::string path_;
+  std::string last_frame_;
+  std::string stats_ = "text";
+  unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
+  bool force_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_render_command(CLI::App& program) {
+  return std::make_unique<RenderCommand>(program);
+}
+
+}  // namespace cairn::pipeline
