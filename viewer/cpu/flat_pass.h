@@ -1,0 +1,20 @@
+// Points and discs that face the eye: each fragment has the depth of its point, and the nearest wins.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "viewer/cpu/point_batch.h"
+#include "viewer/frame_plan.h"
+
+namespace cairn::viewer {
+
+/// Draws a batch into the picture's words (nearest_buffer.h), rows from the top. `radius`: of the batch's points, world
+/// units; used by discs alone. Requires a primitive other than splats. Any number of threads at a time.
+void draw_flat(const FramePlan& plan, const Lens& lens, const PointBatch& batch,
+               const float* radius, std::span<std::uint64_t> words);
+
+/// Radius in pixels at which a disc is drawn; for what is not a number, the smallest.
+float drawn_pixel_radius(const Lens& lens, float radius, float depth);
+
+}  // namespace cairn::viewer
