@@ -138,7 +138,8 @@ vec2 depth_and_weight() {
   }
 #endif
   if (!(distance_2 <= 1.0)) discard;
-  return vec2(depth, (1.0 - distance_2) * (1.0 - distance_2));
+  // Never 0: a covered pixel has a color.
+  return vec2(depth, max((1.0 - distance_2) * (1.0 - distance_2), 1e-6));
 }
 #endif
 
