@@ -53,6 +53,7 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
   // What is in the picture comes first; what is around it only once nothing is missing.
   if (frame.missing == 0) bring(around, absent);
   loader_.request(absent);
+  frame.unfinished = !absent.empty() || uploads_left_ == 0;
   last_ = wanted;
 
   frame.drawn = select(
