@@ -124,9 +124,10 @@ FramePlan plan_frame(const SceneFacts& scene, const ViewFacts& view, const Wishe
   // Estimated normals may be turned inside out: culling by them would tear holes.
   plan.cull_back_faces = scene.normals && wishes.cull_back_faces.value_or(!scene.normals_estimated);
   plan.eye_dome = wishes.eye_dome.value_or(!plan.lighting);
-  plan.occlusion_queries =
-      queries && wishes.occlusion.value_or(view.depth_layers > kOneSurfaceLayers);
   plan.deferred_blending = wishes.deferred_blending && plan.primitive == Primitive::kSplats;
+  // The groups of deferred blending have a depth each: there is none that a query could be tested against.
+  plan.occlusion_queries = queries && !plan.deferred_blending &&
+                           wishes.occlusion.value_or(view.depth_layers > kOneSurfaceLayers);
   plan.point_pixels = wishes.point_pixels;
   return plan;
 }
