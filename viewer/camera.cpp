@@ -129,16 +129,33 @@ View View::widened(double share) const {
 }
 
 Camera camera_around(const Box& box, PictureSize size) {
-  const double radius = std::max(glm::length(box.half), 1e-9 * (1 + glm::length(box.center)));
+  constexpr double kShareOfPicture = 0.95;
   // Flat scenes are looked at more from above.
-  const double horizontal = std::max(box.half.x, box.half.y);
-  const double rise = box.half.z < 0.3 * horizontal ? 0.7 : 0.3;
+  const double rise = box.half.z < 0.3 * std::max(box.half.x, box.half.y) ? 0.7 : 0.3;
   Camera camera;
   camera.target = box.center;
-  const double tan_y = std::tan(radians(camera.fov_y_degrees) / 2);
-  const double narrow = std::atan(std::min(1.0, double{1.0} * size.width / size.height) * tan_y);
-  const glm::dvec3 toward = glm::normalize(glm::dvec3(-0.55, -1.0, rise));
-  camera.eye = box.center + toward * (radius / std::sin(narrow));
+  const glm::dvec3 back = glm::normalize(glm::dvec3(-0.55, -1.0, rise));
+  const glm::dvec3 right = glm::normalize(glm::cross(-back, camera.up));
+  const glm::dvec3 up = glm::cross(back, right);
+  const double tan_y = std::tan(radians(camera.fov_y_degrees) / 2) * kShareOfPicture;
+  const double tan_x = tan_y * size.width / size.height;
+  // A corner c is in a picture whose middle lies s to the right of the center if |c . right - s| <= tan (d - c . back):
+  // d >= a - s / tan and d >= b + s / tan, with a and b the greatest of c . back +- c . right / tan. Upwards likewise.
+  double a[2] = {0, 0};
+  double b[2] = {0, 0};
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 c =
+        box.half * glm::dvec3((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1,
+                              (corner & 4) != 0 ? 1 : -1);
+    const double aside[2] = {glm::dot(c, right) / tan_x, glm::dot(c, up) / tan_y};
+    for (int i = 0; i < 2; ++i) {
+      a[i] = std::max(a[i], glm::dot(c, back) + aside[i]);
+      b[i] = std::max(b[i], glm::dot(c, back) - aside[i]);
+    }
+  }
+  camera.target += right * (tan_x * (a[0] - b[0]) / 2) + up * (tan_y * (a[1] - b[1]) / 2);
+  const double distance = std::max((a[0] + b[0]) / 2, (a[1] + b[1]) / 2);
+  camera.eye = camera.target + back * std::max(distance, 1e-9 * (1 + glm::length(box.center)));
   return camera;
 }
 

@@ -76,13 +76,19 @@ DatasetSource::DatasetSource(const formats::DatasetReader& dataset, const LodTre
       sections_(sections_of(plan, dataset.header())),
       normal_(formats::normal_attribute(dataset.header().schema)),
       color_(formats::find_attribute(dataset.header().schema, attribute_of(plan.color))) {
-  if (plan.color != ColorSource::kHeight && plan.color != ColorSource::kIntensity) return;
+  const bool height = plan.color == ColorSource::kHeight;
+  if (!height && !color_) return;
   const NodeData root = dataset.read_node(formats::NodeId{0}, sections_);
   const auto& header = dataset.header();
-  range_ =
-      middle_range(plan.color == ColorSource::kHeight || !color_ || root.attributes[*color_].empty()
-                       ? heights(header.grid, root)
-                       : column_values(root.attributes[*color_], header.schema[*color_]));
+  if (height || root.attributes[*color_].empty()) {
+    range_ = middle_range(heights(header.grid, root));
+    return;
+  }
+  const auto& column = root.attributes[*color_];
+  const formats::Attribute& attribute = header.schema[*color_];
+  if (plan.color == ColorSource::kColor) color_bits_ = color_bits(column, attribute);
+  if (plan.color == ColorSource::kIntensity)
+    range_ = middle_range(column_values(column, attribute));
 }
 
 void DatasetSource::load(NodeIndex node, NodePoints& points) const {
@@ -119,7 +125,8 @@ void DatasetSource::load_colors(const NodeData& data, NodePoints& points) const 
   const auto& column = data.attributes[*color_];
   // Attributes of the leaves alone: what stands for their points further up is gray.
   if (column.empty()) return points.color.assign(data.count(), pack_color(150, 150, 150));
-  if (plan_.color == ColorSource::kColor) return convert_colors(column, attribute, points.color);
+  if (plan_.color == ColorSource::kColor)
+    return convert_colors(column, attribute, color_bits_, points.color);
   const std::vector<double> values = column_values(column, attribute);
   if (plan_.color == ColorSource::kIntensity) return ramp_colors(values, range_, points.color);
   points.color.resize(values.size());

@@ -10,7 +10,8 @@ namespace cairn::viewer {
 
 class DatasetSource : public NodeSource {
  public:
-  /// `dataset` and `tree` must outlive the source. Reads the root where the plan's colors need a range of values. Throws
+  /// `dataset` and `tree` must outlive the source. Reads the root where colors need a range of values, which the root's
+  /// stand for. Throws
   /// Error (kInput) if the root is damaged.
   DatasetSource(const formats::DatasetReader& dataset, const LodTree& tree, const FramePlan& plan);
 
@@ -27,6 +28,7 @@ class DatasetSource : public NodeSource {
   std::optional<std::size_t> normal_;  ///< attribute of the schema
   std::optional<std::size_t> color_;   ///< attribute that colors come from
   ValueRange range_;                   ///< of heights or of the attribute
+  unsigned color_bits_ = 16;
 };
 
 }  // namespace cairn::viewer

@@ -98,17 +98,42 @@ std::vector<double> column_values(std::span<const std::byte> column,
   return values;
 }
 
+namespace {
+
+/// Calls visit(point, component, value) for all of a column of u8 or u16.
+template <typename Visit>
+void for_each_component(std::span<const std::byte> column, const formats::Attribute& attribute,
+                        const Visit& visit) {
+  const bool wide = attribute.type == formats::ScalarType::kU16;
+  const std::size_t count = column.size() / attribute.size_bytes();
+  for (std::size_t point = 0, at = 0; point < count; ++point)
+    for (std::size_t component = 0; component < attribute.components; ++component) {
+      visit(point, component,
+            wide ? formats::load_le<std::uint16_t>(&column[at])
+                 : static_cast<std::uint16_t>(column[at]));
+      at += wide ? 2 : 1;
+    }
+}
+
+}  // namespace
+
+unsigned color_bits(std::span<const std::byte> column, const formats::Attribute& attribute) {
+  std::uint16_t brightest = 0;
+  for_each_component(column, attribute, [&](std::size_t, std::size_t, std::uint16_t value) {
+    brightest = std::max(brightest, value);
+  });
+  return brightest > 255 ? 16 : 8;
+}
+
 void convert_colors(std::span<const std::byte> column, const formats::Attribute& attribute,
-                    std::vector<std::uint32_t>& colors) {
-  const std::size_t scalar = formats::size_bytes(attribute.type);
-  colors.resize(column.size() / attribute.size_bytes());
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    // The highest byte of each little-endian component.
-    const std::byte* at = column.data() + i * attribute.size_bytes() + scalar - 1;
-    colors[i] =
-        pack_color(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[scalar]),
-                   static_cast<std::uint32_t>(at[2 * scalar]));
-  }
+                    unsigned bits, std::vector<std::uint32_t>& colors) {
+  const unsigned shift = bits - 8;
+  colors.assign(column.size() / attribute.size_bytes(), pack_color(0, 0, 0));
+  for_each_component(column, attribute,
+                     [&](std::size_t point, std::size_t component, std::uint16_t value) {
+                       const std::uint32_t byte = std::min<std::uint32_t>(value >> shift, 255);
+                       colors[point] |= byte << (8 * component);
+                     });
 }
 
 }  // namespace cairn::viewer

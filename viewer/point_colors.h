@@ -31,8 +31,12 @@ ValueRange middle_range(std::vector<double> values);
 /// Scalars of a column of an attribute, its first component, as doubles.
 std::vector<double> column_values(std::span<const std::byte> column,
                                   const formats::Attribute& attribute);
-/// Colors of a column of three integers a point; 16-bit ones lose their lower byte.
+/// Bits of the brightest component of a column of integers: 8 if all fit into them, as where 8-bit colors stand in 16-bit
+/// fields, else 16.
+unsigned color_bits(std::span<const std::byte> column, const formats::Attribute& attribute);
+/// Colors of a column of three integers of so many bits (8 or 16) a point. 16-bit ones lose their lower byte; what is
+/// brighter than the bits tell is drawn as bright as can be.
 void convert_colors(std::span<const std::byte> column, const formats::Attribute& attribute,
-                    std::vector<std::uint32_t>& colors);
+                    unsigned bits, std::vector<std::uint32_t>& colors);
 
 }  // namespace cairn::viewer

@@ -116,8 +116,8 @@ class RenderCommand : public DatasetCommand {
     const viewer::FrameStatistics frame = pictures.scene().draw_settled(view, limits, wishes);
     warn(frame);
     viewer::write_png(pictures.renderer().picture(), output_);
-    const PictureFacts told{mode_, view,
-                            viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    const PictureFacts told{
+        mode_, view, viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
     print_results(stats_ == "json" ? frame_json(frame, told)
                                    : output_ + "\n" + frame_text(frame, told));
     return 0;
@@ -145,8 +145,8 @@ class RenderCommand : public DatasetCommand {
     }
     write_table(report.csv());
     if (!last_frame_.empty()) viewer::write_png(pictures.renderer().picture(), last_frame_);
-    const PictureFacts told{mode_, *view,
-                            viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    const PictureFacts told{
+        mode_, *view, viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
     print_results(stats_ == "json" ? report.summary_json(told)
                                    : output_ + "\n" + report.summary_text(told));
     return 0;

@@ -1,6 +1,7 @@
-// Speed of the OpenGL renderer against the least that any program can do with the same points on the same driver: one
-// glDrawArrays over one buffer of positions and colors with a minimal shader, into a target of the same kind. Both are
-// timed in turn, in one run, each until the driver is done; medians are compared. Items are points.
+// Speed of the OpenGL renderer against the least that any program can do with the same points on
+// the same driver: one glDrawArrays over one buffer of positions and colors with a minimal shader,
+// into a target of the same kind. Both are timed in turn, in one run, each until the driver is
+// done; medians are compared. Items are points.
 #include <benchmark/benchmark.h>
 #include <epoxy/gl.h>
 
@@ -42,7 +43,8 @@ layout(location = 0) out vec4 result;
 void main() { result = shade; }
 )glsl";
 
-/// What is seen by a camera at the origin that looks along y, from the eye: a wavy surface that fills the picture.
+/// What is seen by a camera at the origin that looks along y, from the eye: a wavy surface that
+/// fills the picture.
 NodePoints surface(std::mt19937& random) {
   std::uniform_real_distribution<float> unit(-1, 1);
   NodePoints points;
@@ -163,7 +165,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Times a frame and the plain call in turn; tells the frame's points/s and its share of the plain call's.
+/// Times a frame and the plain call in turn; tells the frame's points/s and its share of the plain
+/// call's.
 void compare(benchmark::State& state, const FramePlan& plan) {
   const HeadlessContext context;
   const View view = view_along_y();
@@ -204,5 +207,16 @@ void BM_LitPoints(benchmark::State& state) {
   compare(state, {.primitive = Primitive::kPoints, .color = ColorSource::kColor, .lighting = true});
 }
 BENCHMARK(BM_LitPoints)->UseManualTime()->Iterations(kRepetitions)->Unit(benchmark::kMillisecond);
+
+/// Every item inside a query of its own.
+void BM_WatchedPoints(benchmark::State& state) {
+  compare(
+      state,
+      {.primitive = Primitive::kPoints, .color = ColorSource::kColor, .occlusion_queries = true});
+}
+BENCHMARK(BM_WatchedPoints)
+    ->UseManualTime()
+    ->Iterations(kRepetitions)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Frames for tests of renderers: a camera at the origin that looks along y, x to the right and z up, with a focal length
-// of half a picture; so a point (x, y, z) appears at (n/2 + n/2 x/y, n/2 - n/2 z/y) of n pixels.
+// Frames for tests of renderers: a camera at the origin that looks along y, x to the right and z
+// up, with a focal length of half a picture; so a point (x, y, z) appears at (n/2 + n/2 x/y, n/2 -
+// n/2 z/y) of n pixels.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -76,5 +77,67 @@ class GlTest : public testing::Test {
 
   std::unique_ptr<HeadlessContext> context_;
 };
+
+inline constexpr std::uint32_t kPixels = 64;
+inline constexpr float kFocal = kPixels / 2;
+inline constexpr PictureSize kSize{kPixels, kPixels};
+
+struct Drawn {
+  Picture picture;
+  DrawStatistics statistics;
+};
+
+class GlRendererTest : public GlTest {
+ protected:
+  /// One slot a list of points, one item a slot.
+  Drawn draw(const std::vector<std::vector<ScenePoint>>& slots, const FramePlan& plan) {
+    make(slots);
+    Frame frame{view_along_y(kSize), plan, {}};
+    for (std::uint32_t slot = 0; slot < slots.size(); ++slot)
+      frame.items.push_back(item(slot, slots));
+    return draw(frame);
+  }
+  Drawn draw(const Frame& frame) {
+    Drawn drawn;
+    drawn.statistics = renderer_->draw(frame);
+    drawn.picture = renderer_->picture();
+    return drawn;
+  }
+  void make(const std::vector<std::vector<ScenePoint>>& slots) {
+    std::size_t most = 1;
+    for (const auto& points : slots) most = std::max(most, points.size());
+    renderer_.reset();
+    renderer_ = std::make_unique<GlRenderer>(RendererSize{
+        kAllColumns, static_cast<std::uint32_t>(std::max<std::size_t>(1, slots.size())),
+        static_cast<std::uint32_t>(most)});
+    for (std::uint32_t slot = 0; slot < slots.size(); ++slot)
+      renderer_->upload(slot, points_of(slots[slot]).columns());
+  }
+  static DrawItem item(std::uint32_t slot, const std::vector<std::vector<ScenePoint>>& slots) {
+    return {.slot = slot,
+            .count = static_cast<std::uint32_t>(slots[slot].size()),
+            .region = 100 + slot};
+  }
+  void TearDown() override { renderer_.reset(); }
+
+  std::unique_ptr<GlRenderer> renderer_;
+};
+
+inline FramePlan points_plan() {
+  return {.primitive = Primitive::kPoints, .color = ColorSource::kColor};
+}
+inline FramePlan discs_plan() {
+  return {.primitive = Primitive::kDiscs, .color = ColorSource::kColor};
+}
+inline FramePlan splats_plan() {
+  return {.primitive = Primitive::kSplats, .color = ColorSource::kColor, .oriented = true};
+}
+
+/// A point that appears at this place of the picture.
+inline glm::vec3 seen_at(float x, float y, float depth) {
+  return {(x - kFocal) / kFocal * depth, depth, (kFocal - y) / kFocal * depth};
+}
+/// The radius that appears as so many pixels at a depth.
+inline float radius_of(float pixels, float depth) { return pixels / kFocal * depth; }
 
 }  // namespace cairn::viewer::tests

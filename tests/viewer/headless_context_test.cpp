@@ -1,5 +1,6 @@
 #include "viewer/gl/headless_context.h"
 
+#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -17,6 +18,7 @@ using HeadlessContextTest = GlTest;
 TEST_F(HeadlessContextTest, IsCurrentAndCanBeMadeAgain) {
   EXPECT_GE(epoxy_gl_version(), 45);
   context_.reset();
+  EXPECT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
   context_ = std::make_unique<HeadlessContext>();
   EXPECT_NE(glGetString(GL_RENDERER), nullptr);
 }
@@ -33,19 +35,24 @@ TEST_F(HeadlessContextTest, IsCurrentAndCanBeMadeAgain) {
   std::_Exit(0);
 }
 
-// In a process of its own each, since libraries read the environment once. The variables are those of Mesa and of the
-// vendor-neutral libEGL.
-using HeadlessContextDeathTest = GlTest;
+// In a process of its own each, since libraries read the environment once. The variables are those
+// of Mesa and of the vendor-neutral libEGL.
 
-TEST_F(HeadlessContextDeathTest, SaysWhichVersionTheDriverHas) {
-  context_.reset();
+TEST(HeadlessContextDeathTest, SaysWhichVersionTheDriverHas) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
+  int status = 0;
+  const auto keep = [&](int ended) {
+    status = ended;
+    return true;
+  };
+  EXPECT_EXIT(make_with("MESA_GL_VERSION_OVERRIDE", ""), keep, "");
+  if (status != 0) GTEST_SKIP() << "there is no OpenGL 4.5 without a screen";
   EXPECT_EXIT(make_with("MESA_GL_VERSION_OVERRIDE", "3.3"), testing::ExitedWithCode(4),
               "^cannot draw with OpenGL: the driver is too old: found version 3\\.., expected "
               "4\\.5, core profile; --mode cpu needs none\n$");
 }
 
-TEST(HeadlessContextWithoutDriversDeathTest, SaysThatThereIsNoSurfacelessPlatform) {
+TEST(HeadlessContextDeathTest, SaysThatThereIsNoSurfacelessPlatform) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(make_with("__EGL_VENDOR_LIBRARY_DIRS", "/nowhere"), testing::ExitedWithCode(4),
               "^cannot draw with OpenGL: EGL cannot do without a screen: found no surfaceless "

@@ -1,10 +1,10 @@
 // Both renderers draw the same picture: of a random scene, for every primitive and effect.
 //
-// They differ where rounding decides. A driver places points in steps of a part of a pixel (1/256 with Mesa's software
-// renderer), so that a point that lies closer than that to a pixel's edge may be a pixel off; colors and weights are
-// rounded in another order; and what is a disc's or a splat's edge pixel for one may lie just outside for the other.
-// Points have random colors here, so that each such pixel is far off in color, and neighbors of it as well with
-// eye-dome lighting.
+// They differ where rounding decides. A driver places points in steps of a part of a pixel (1/256
+// with Mesa's software renderer), so that a point that lies closer than that to a pixel's edge may
+// be a pixel off; colors and weights are rounded in another order; and what is a disc's or a
+// splat's edge pixel for one may lie just outside for the other. Points have random colors here, so
+// that each such pixel is far off in color, and neighbors of it as well with eye-dome lighting.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,14 +20,14 @@
 namespace cairn::viewer::tests {
 namespace {
 
-/// At most this share of pixels may differ by more than kLevels of 255. Measured with Mesa 22.3: 0.0003 and less for
-/// points, none for discs, 0.00001 for splats.
+/// At most this share of pixels may differ by more than kLevels of 255. Measured with Mesa 22.3:
+/// 0.0003 and less for points, none for discs, 0.00001 for splats.
 constexpr double kShare = 0.001;
 constexpr int kLevels = 8;
 
 constexpr std::uint32_t kSlots = 8;
 constexpr std::uint32_t kSlotPoints = 700;
-constexpr PictureSize kSize{400, 300};
+constexpr PictureSize kScenePicture{400, 300};
 const glm::vec3 kSphereCenter(0.1f, 5, 0.2f);
 
 std::uint32_t random_color(std::mt19937& random) { return 0xff000000 | (random() & 0xffffff); }
@@ -51,8 +51,8 @@ ScenePoint on_floor(std::mt19937& random) {
   return {place, random_color(random), 0.2f, normal ? glm::vec3(0, 0, 1) : glm::vec3(0)};
 }
 
-/// Slots of the sphere, then of the floor; each item is two ranges of a slot, with the slot's points from a center of
-/// its own.
+/// Slots of the sphere, then of the floor; each item is two ranges of a slot, with the slot's
+/// points from a center of its own.
 struct Scene {
   std::vector<NodePoints> slots;
   std::vector<DrawItem> items;
@@ -80,7 +80,7 @@ struct Scene {
 Picture picture_of(Renderer& renderer, const Scene& scene, const FramePlan& plan) {
   for (std::uint32_t slot = 0; slot < kSlots; ++slot)
     renderer.upload(slot, scene.slots[slot].columns());
-  renderer.draw({view_along_y(kSize), plan, scene.items});
+  renderer.draw({view_along_y(kScenePicture), plan, scene.items});
   return renderer.picture();
 }
 

@@ -40,7 +40,8 @@ ErrorWatch::~ErrorWatch() {
 void ErrorWatch::check(std::string_view doing) {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;
-  // A driver may keep several, and none is left for the next caller; a lost context tells errors without end.
+  // A driver may keep several, and none is left for the next caller; a lost context tells errors
+  // without end.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) {
   }
   std::string message = std::exchange(*message_, {});

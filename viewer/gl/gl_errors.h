@@ -7,7 +7,8 @@
 
 namespace cairn::viewer::gl {
 
-/// Watches the context that is current where it is made, which must be current where it is used and destroyed.
+/// Watches the context that is current where it is made, which must be current where it is used and
+/// destroyed.
 class ErrorWatch {
  public:
   /// In builds with assertions, a debug context's own words on an error are kept for the exception.
@@ -16,8 +17,9 @@ class ErrorWatch {
   ErrorWatch(const ErrorWatch&) = delete;
   ErrorWatch& operator=(const ErrorWatch&) = delete;
 
-  /// Throws Error (kSystem) where the driver has run out of memory, kInvariant for any other error that it told since the
-  /// last call. `doing`: what was done, in words ("allocating slots of points").
+  /// Throws Error (kSystem) where the driver has run out of memory, kInvariant for any other error
+  /// that it told since the last call. `doing`: what was done, in words ("allocating slots of
+  /// points").
   void check(std::string_view doing);
 
  private:

@@ -1,4 +1,5 @@
-// Owners of OpenGL objects. The context that an object was made on must be current where it is made, used and destroyed.
+// Owners of OpenGL objects. The context that an object was made on must be current where it is
+// made, used and destroyed.
 #pragma once
 
 #include <epoxy/gl.h>

@@ -10,20 +10,6 @@
 namespace cairn::viewer {
 namespace {
 
-/// The uniform block Frame of shaders.h, std140.
-struct FrameBlock {
-  glm::vec3 right;
-  float focal;
-  glm::vec3 up;
-  float near;
-  glm::vec3 forward;
-  float point_pixels;
-  glm::vec2 middle, clip_scale;
-  float radius_limit;
-  float unused[3] = {};
-};
-static_assert(sizeof(FrameBlock) == 80);
-
 constexpr GLsizei kBoxLineVertices = 24;
 constexpr std::array<GLfloat, 4> kNone = {0, 0, 0, 0};
 constexpr GLfloat kFarthest = 0;
@@ -37,21 +23,6 @@ std::uint32_t item_capacity(const RendererSize& size) {
 const RendererSize& checked(const RendererSize& size) {
   require_gl_45();
   return size;
-}
-
-/// Points are at most as large as the driver draws them.
-float radius_limit() {
-  std::array<GLfloat, 2> range{};
-  glGetFloatv(GL_POINT_SIZE_RANGE, range.data());
-  return std::min(shading::kMaxPixelRadius, (range[1] - 1) / 2);
-}
-
-float viewport_margin(PictureSize size, float wanted) {
-  std::array<GLint, 2> most{};
-  glGetIntegerv(GL_MAX_VIEWPORT_DIMS, most.data());
-  const float room = std::min(static_cast<float>(most[0]) - static_cast<float>(size.width),
-                              static_cast<float>(most[1]) - static_cast<float>(size.height));
-  return std::clamp(room / 2, 0.0f, wanted);
 }
 
 /// The names that the points of a plan are compiled with.
@@ -97,12 +68,7 @@ void blend(GLenum source, GLenum target) {
 }  // namespace
 
 GlRenderer::GlRenderer(const RendererSize& size)
-    : store_(checked(size)),
-      items_(item_capacity(size)),
-      frame_block_(gl::make_buffer()),
-      empty_(gl::make_vertex_array()),
-      radius_limit_(radius_limit()) {
-  glNamedBufferStorage(frame_block_.name(), sizeof(FrameBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    : store_(checked(size)), items_(item_capacity(size)), empty_(gl::make_vertex_array()) {
   errors_.check("allocating the slots of points");
 }
 
@@ -130,38 +96,23 @@ DrawStatistics GlRenderer::draw(const Frame& frame) {
 }
 
 void GlRenderer::start(const Frame& frame) {
-  const View& view = frame.view;
-  const PictureSize size = view.size();
-  targets_.prepare(size, frame.plan);
+  targets_.prepare(frame.view.size(), frame.plan);
   try {
     errors_.check("allocating what a frame is drawn into");
   } catch (...) {
     targets_.clear();
     throw;
   }
-  margin_ = viewport_margin(size, shading::kMaxPixelRadius + 1);
-  const glm::vec2 pixels(size.width, size.height);
-  const FrameBlock block{.right = glm::vec3(view.right()),
-                         .focal = static_cast<float>(view.focal_pixels()),
-                         .up = glm::vec3(view.up()),
-                         .near = static_cast<float>(view.near()),
-                         .forward = glm::vec3(view.forward()),
-                         .point_pixels = frame.plan.point_pixels,
-                         .middle = pixels / 2.0f,
-                         .clip_scale = 2.0f / (pixels + 2 * margin_),
-                         .radius_limit = radius_limit_};
-  glNamedBufferSubData(frame_block_.name(), 0, sizeof(block), &block);
+  uniforms_.set(frame.view, frame.plan.point_pixels);
   items_.set(frame.items);
 
-  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block_.name());
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  uniforms_.bind();
   glEnable(GL_PROGRAM_POINT_SIZE);
   for (const GLenum off : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_DEPTH_CLAMP,
                            GL_FRAMEBUFFER_SRGB})
     glDisable(off);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
-  set_viewport(margin_);
   glClearNamedFramebufferfv(targets_.color_and_depth(), GL_COLOR, 0, background().data());
   glClearNamedFramebufferfv(targets_.color_and_depth(), GL_DEPTH, 0, &kFarthest);
 }
@@ -170,18 +121,11 @@ void GlRenderer::finish() {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
-  glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
-  set_viewport(0);
+  uniforms_.unbind();
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
   glBindVertexArray(0);
   glUseProgram(0);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
-}
-
-void GlRenderer::set_viewport(float margin) {
-  const PictureSize size = targets_.size();
-  glViewportIndexedf(0, -margin, -margin, static_cast<float>(size.width) + 2 * margin,
-                     static_cast<float>(size.height) + 2 * margin);
 }
 
 void GlRenderer::draw_points(const Frame& frame) {
@@ -268,7 +212,7 @@ void GlRenderer::shade_edges() {
 }
 
 void GlRenderer::screen_pass(std::string_view name) {
-  set_viewport(0);
+  uniforms_.set_viewport(false);
   glBindVertexArray(empty_.name());
   programs_.use(gl::shader::kScreen, name);
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -292,10 +236,8 @@ Picture GlRenderer::picture() {
 
 void GlRenderer::draw_boxes(std::span<const BoxLine> boxes) {
   CAIRN_CHECK(targets_.size().width > 0);
-  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block_.name());
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  uniforms_.bind();
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.color_and_depth());
-  set_viewport(margin_);
   test_depth(GL_GEQUAL, false);
   glBindVertexArray(empty_.name());
   programs_.use(gl::shader::kBox, "LINES");

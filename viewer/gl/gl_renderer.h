@@ -1,8 +1,6 @@
 // Draws frames with OpenGL 4.5 core.
-//
-// Points, discs and splats are all GL_POINTS: a round one is cut out of its square by the fragment shader. So that a
-// large one whose center lies outside of the picture is not clipped away, the viewport reaches beyond the target by the
-// largest radius on each side, and the target's edge alone cuts.
+// Points, discs and splats are all GL_POINTS: a round one is cut out of its square by the fragment
+// shader (shaders.h).
 #pragma once
 
 #include <memory>
@@ -14,6 +12,7 @@
 #include "viewer/gl/point_store.h"
 #include "viewer/gl/programs.h"
 #include "viewer/gl/targets.h"
+#include "viewer/gl/view_uniforms.h"
 #include "viewer/renderer.h"
 
 namespace cairn::viewer {
@@ -27,29 +26,33 @@ struct BoxLine {
 
 /// All members are for the thread and context that it was made on, and so is its end.
 ///
-/// Buffers are allocated when it is made, targets when the size of the picture changes or a plan first calls for a pass,
-/// nothing else at any time (but names of queries, when a frame first has so many items).
+/// Buffers are allocated when it is made, targets when the size of the picture changes or a plan
+/// first calls for a pass, nothing else at any time (but names of queries, when a frame first has
+/// so many items).
 ///
-/// It draws into framebuffers of its own and sets all state that it needs. It leaves the framebuffers, vertex array and
-/// program of the caller unbound, depth test and blending off, the viewport on the picture, and clip control as it is in
-/// a new context.
+/// It draws into framebuffers of its own and sets all state that it needs. It leaves the
+/// framebuffers, vertex array and program of the caller unbound, depth test and blending off, the
+/// viewport on the picture, and clip control as it is in a new context.
 class GlRenderer : public Renderer {
  public:
-  /// Requires a current context of OpenGL 4.5 or later (Error of kind kSystem otherwise). Throws Error: kSystem where
-  /// the card has no room for the slots, kUsage for more points than it can number.
+  /// Requires a current context of OpenGL 4.5 or later (Error of kind kSystem otherwise). Throws
+  /// Error: kSystem where the card has no room for the slots, kUsage for more points than it can
+  /// number.
   explicit GlRenderer(const RendererSize& size);
 
   std::uint32_t slots() const override { return store_.size().slots; }
   void upload(std::uint32_t slot, const PointColumns& points) override;
-  /// Requires a plan whose columns the renderer has (columns_of), and no plan that blends deferred with occlusion queries:
-  /// its layers have no one depth to test against. Throws Error: kSystem out of memory, kUsage for too large a picture.
+  /// Requires a plan whose columns the renderer has (columns_of), and no plan that blends deferred
+  /// with occlusion queries: its layers have no one depth to test against. Throws Error: kSystem
+  /// out of memory, kUsage for too large a picture.
   DrawStatistics draw(const Frame& frame) override;
   /// Requires a frame drawn.
   Picture picture() override;
 
   /// Adds lines to the last frame, hidden by its points. Requires a frame drawn.
   void draw_boxes(std::span<const BoxLine> boxes);
-  /// Copies the last frame over a whole framebuffer of this size (0: the window's). Requires a frame drawn.
+  /// Copies the last frame over a whole framebuffer of this size (0: the window's). Requires a
+  /// frame drawn.
   void show(unsigned framebuffer, PictureSize size);
   /// Bytes of the targets that plans have called for so far, at the size of the last picture.
   std::uint64_t target_bytes() const { return targets_.bytes(); }
@@ -64,7 +67,6 @@ class GlRenderer : public Renderer {
   void second_pass(const Frame& frame, const std::string& program);
   void shade_edges();
   void screen_pass(std::string_view name);
-  void set_viewport(float margin);
 
   gl::ErrorWatch errors_;
   gl::PointStore store_;
@@ -72,10 +74,8 @@ class GlRenderer : public Renderer {
   gl::Programs programs_;
   gl::Targets targets_;
   gl::Occlusion occlusion_;
-  gl::Buffer frame_block_;
+  gl::ViewUniforms uniforms_;
   gl::VertexArray empty_;  ///< of what has no attributes
-  float radius_limit_;     ///< of a disc, pixels
-  float margin_ = 0;       ///< of the viewport around the picture, pixels
 };
 
 }  // namespace cairn::viewer

@@ -20,7 +20,8 @@ constexpr int kVersion = 45;  ///< as epoxy_gl_version tells it
                         .expected = std::move(expected) + "; --mode cpu needs none"});
 }
 
-/// epoxy ends the process if a function is called that is not there: extensions are asked first, always.
+/// epoxy ends the process if a function is called that is not there: extensions are asked first,
+/// always.
 bool has_extension(const char* extensions, const char* name) {
   return extensions != nullptr && epoxy_extension_in_string(extensions, name);
 }
@@ -89,17 +90,13 @@ std::string best_version(EGLDisplay display) {
 }  // namespace
 
 HeadlessContext::HeadlessContext() : display_(open_display()) {
-  try {
-    require_extensions(display_);
-    if (!eglBindAPI(EGL_OPENGL_API))
-      refuse("EGL has OpenGL ES alone", hex(eglGetError()), "OpenGL 4.5");
-    context_ = make_context(display_, true);
-    if (!make_current(display_, context_))
-      refuse("the driver is too old", "version " + best_version(display_), "4.5, core profile");
-    require_gl_45();
-  } catch (...) {
+  require_extensions(display_);
+  if (!eglBindAPI(EGL_OPENGL_API))
+    refuse("EGL has OpenGL ES alone", hex(eglGetError()), "OpenGL 4.5");
+  context_ = make_context(display_, true);
+  if (!make_current(display_, context_)) {
     close();
-    throw;
+    refuse("the driver is too old", "version " + best_version(display_), "4.5, core profile");
   }
 }
 
@@ -108,7 +105,6 @@ HeadlessContext::~HeadlessContext() { close(); }
 void HeadlessContext::close() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
-  eglTerminate(display_);
 }
 
 void require_gl_45() {

@@ -3,8 +3,9 @@
 
 namespace cairn::viewer {
 
-/// OpenGL 4.5 core on the surfaceless platform of EGL, current on the thread that made it until it is destroyed there.
-/// It has no framebuffer of its own. At most one lives at a time in a process: destroying it closes EGL's display.
+/// OpenGL 4.5 core on the surfaceless platform of EGL, current on the thread that made it until it
+/// is destroyed there. It has no framebuffer of its own. EGL's display, which all such contexts of
+/// a process share, stays open to its end.
 class HeadlessContext {
  public:
   /// Throws Error (kSystem) that says what is missing and names `--mode cpu`.
@@ -20,7 +21,8 @@ class HeadlessContext {
   void* context_ = nullptr;  ///< EGLContext
 };
 
-/// Throws Error (kSystem), as above, unless the context that is current on this thread is OpenGL 4.5 or later.
+/// Throws Error (kSystem), as above, unless the context that is current on this thread is OpenGL
+/// 4.5 or later.
 void require_gl_45();
 
 }  // namespace cairn::viewer

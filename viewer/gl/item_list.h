@@ -1,5 +1,6 @@
-// The items of a frame on the graphics card: a command and what differs from item to item, so that all of them are one
-// multi-draw a pass. The buffers are of a fixed size; a frame of more items is drawn in batches.
+// The items of a frame on the graphics card: a command and what differs from item to item, so that
+// all of them are one multi-draw a pass. The buffers are of a fixed size; a frame of more items is
+// drawn in batches.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,8 @@ bool passed(const Query& query) {
   return any != 0;
 }
 
-/// A box that is flat or smaller than a pixel would pass between pixels: it is grown by a pixel, as seen at its center.
+/// A box that is flat or smaller than a pixel would pass between pixels: it is grown by a pixel, as
+/// seen at its center.
 glm::vec3 grown(const DrawItem& item, const View& view) {
   return item.box_half + glm::length(item.box_center) / static_cast<float>(view.focal_pixels());
 }

@@ -1,8 +1,10 @@
 // What of a frame is seen, by the card's own occlusion queries.
-// Based on: Gobbetti and Marton, "Layered point clouds", 2004, section 4: (1) what was seen a frame ago is drawn, (2) the
-// bounds of what was not are tested against it, (3) where such bounds are seen, the points are drawn. Where it departs:
-// bounds are boxes; points are counted seen by queries around themselves and not by their bounds; and (3) waits on the
-// card and not here, by conditional rendering.
+// Based on: Gobbetti and Marton, "Layered point clouds", 2004, section 4: (1) what was seen a frame
+// ago is drawn, (2) the bounds of what was not are tested against it, (3) where such bounds are
+// seen, the points are drawn. Where it departs: bounds are boxes; points are counted seen by
+// queries around themselves and not by their bounds, so that a region whose box alone is seen does
+// not change from hidden to seen and back; and (3) waits on the card and not here, by conditional
+// rendering.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +28,8 @@ class Occlusion {
     draw();
     glEndQuery(GL_ANY_SAMPLES_PASSED);
   }
-  /// Tests the boxes of the probes among the items against the depth that is bound; draws nothing. Leaves its own
-  /// program, and depth and color writable.
+  /// Tests the boxes of the probes among the items against the depth that is bound; draws nothing.
+  /// Leaves its own program, and depth and color writable.
   void test_boxes(std::span<const DrawItem> items, const View& view, Programs& programs,
                   GLuint empty_vertex_array);
   /// Draws what belongs to a probe only if its box was seen.

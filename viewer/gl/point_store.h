@@ -1,6 +1,7 @@
-// The points of nodes on the graphics card: one buffer of equal slots, allocated once, since all nodes have one size.
-// One stream an attribute: the positions of all slots, then their radii, colors and normals, as far as there are any;
-// so a point's vertex is slot * capacity + its place, for all attributes, and ranges of any slots are one multi-draw.
+// The points of nodes on the graphics card: one buffer of equal slots, allocated once, since all
+// nodes have one size. One stream an attribute: the positions of all slots, then their radii,
+// colors and normals, as far as there are any; so a point's vertex is slot * capacity + its place,
+// for all attributes, and ranges of any slots are one multi-draw.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +16,23 @@ enum class Attribute : GLuint { kPosition, kRadius, kColor, kNormal, kItemOffset
 
 class PointStore {
  public:
-  /// Points are drawn all at once, or in this many groups by their number in the slot, modulo: neighbors along the curve
-  /// fall into different groups.
+  /// Points are drawn all at once, or in this many groups by their number in the slot, modulo:
+  /// neighbors along the curve fall into different groups.
   static constexpr std::uint32_t kGroups = 4;
 
-  /// The buffer has undefined content. Requires slots and points above 0; throws Error (kUsage) for 2^31 points or more.
-  /// Whether there was room for it, glGetError tells.
+  /// The buffer has undefined content. Requires slots and points above 0; throws Error (kUsage) for
+  /// 2^31 points or more. Whether there was room for it, glGetError tells.
   explicit PointStore(const RendererSize& size);
 
   /// Requires the columns that the store has, slot < slots, and no more points than a slot holds.
   void upload(std::uint32_t slot, const PointColumns& points);
   /// The vertex of a slot's first point, if all points are drawn at once.
   std::uint32_t first_vertex(std::uint32_t slot) const { return slot * capacity_; }
-  /// Binds points and items for drawing all points; items are instances of `items` (GpuItem, item_list.h).
+  /// Binds points and items for drawing all points; items are instances of `items` (GpuItem,
+  /// item_list.h).
   void bind(const Buffer& items) const;
-  /// Binds one group's points alone: vertex v stands for what is vertex v * kGroups + group otherwise.
+  /// Binds one group's points alone: vertex v stands for what is vertex v * kGroups + group
+  /// otherwise.
   void bind_group(const Buffer& items, std::uint32_t group) const;
 
   const RendererSize& size() const { return size_; }

@@ -11,8 +11,8 @@ namespace cairn::viewer::gl {
 
 class Programs {
  public:
-  /// Makes the program of a source (shaders.h) and names that it is compiled with ("DISCS LIGHTING") current.
-  /// Throws Error (kSystem) if the driver refuses it.
+  /// Makes the program of a source (shaders.h) and names that it is compiled with ("DISCS
+  /// LIGHTING") current. Throws Error (kSystem) if the driver refuses it.
   void use(std::string_view source, std::string_view names);
 
  private:

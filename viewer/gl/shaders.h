@@ -1,8 +1,9 @@
-// GLSL, version 4.5. Every program is kHead, the lines that define what it is for, and one of the sources below, which
-// holds a vertex shader (VERTEX) and a fragment shader (FRAGMENT).
+// GLSL, version 4.5. Every program is kHead, the lines that define what it is for, and one of the
+// sources below, which holds a vertex shader (VERTEX) and a fragment shader (FRAGMENT).
 //
-// Positions are from the eye. A picture's rows run from the top in the targets too: clip space has y downwards, so that
-// gl_FragCoord is what View::project tells. Depth is reversed, near / z: 1 at the near plane, 0 infinitely far.
+// Positions are from the eye. A picture's rows run from the top in the targets too: clip space has
+// y downwards, so that gl_FragCoord is what View::project tells. Depth is reversed, near / z: 1 at
+// the near plane, 0 infinitely far.
 #pragma once
 
 #include <string_view>
@@ -29,8 +30,9 @@ vec4 to_clip(vec3 view) {
 }
 )glsl";
 
-/// Points of slots. One of POINTS, DISCS, SPLATS; for splats, one of VISIBILITY, BLEND, GROUP. COLUMN_COLOR: the color is
-/// the point's, not the item's. NORMALS: there are normals, for LIGHTING, CULLING, ORIENTED.
+/// Points of slots. One of POINTS, DISCS, SPLATS; for splats, one of VISIBILITY, BLEND, GROUP.
+/// COLUMN_COLOR: the color is the point's, not the item's. NORMALS: there are normals, for
+/// LIGHTING, CULLING, ORIENTED.
 inline constexpr std::string_view kPoints = R"glsl(
 #if defined(DISCS) || defined(SPLATS)
 #define ROUND
@@ -222,7 +224,8 @@ void main() {
 
 #ifdef EYE_DOME
 layout(binding = 0) uniform sampler2D depths;
-// Writes what the color is multiplied by. Depths are reversed, so log2 z - log2 z_neighbor = log2 n - log2 d.
+// Writes what the color is multiplied by. Depths are reversed, so log2 z - log2 z_neighbor = log2 n
+// - log2 d.
 void main() {
   float depth = texelFetch(depths, pixel, 0).r;
   if (depth == 0.0) discard;
@@ -230,7 +233,7 @@ void main() {
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {
       ivec2 at = pixel + kEyeDomePixels * ivec2(x, y);
-      if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, textureSize(depths, 0)))) continue;
+      if (at != clamp(at, ivec2(0), textureSize(depths, 0) - 1)) continue;
       float neighbor = texelFetch(depths, at, 0).r;
       if (neighbor > depth) response += log2(neighbor) - log2(depth);
     }
@@ -257,13 +260,13 @@ void main() {
   corner[(axis + 2) % 3] = float(edge >> 1);
 #else
   // Two triangles of each face across an axis.
-  const ivec2 kQuad[6] = ivec2[](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, 1), ivec2(1, 0), ivec2(1, 1));
+  const int kCorners[6] = int[](0, 1, 2, 2, 1, 3);
   int axis = gl_VertexID / 12;
-  ivec2 at = kQuad[gl_VertexID % 6];
+  int at = kCorners[gl_VertexID % 6];
   vec3 corner;
   corner[axis] = float(gl_VertexID / 6 % 2);
-  corner[(axis + 1) % 3] = float(at.x);
-  corner[(axis + 2) % 3] = float(at.y);
+  corner[(axis + 1) % 3] = float(at & 1);
+  corner[(axis + 2) % 3] = float(at >> 1);
 #endif
   gl_Position = to_clip(to_view(center + half_size * (corner * 2.0 - 1.0)));
 }

@@ -1,5 +1,5 @@
-// What frames are drawn into. Every frame has a color and a depth; what else a pass needs is allocated when a plan first
-// calls for it, and all anew where the size of the picture changes.
+// What frames are drawn into. Every frame has a color and a depth; what else a pass needs is
+// allocated when a plan first calls for it, and all anew where the size of the picture changes.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ namespace cairn::viewer::gl {
 
 class Targets {
  public:
-  /// Throws Error (kUsage) for a picture larger than the driver draws. Whether there was room, glGetError tells; call
-  /// clear() if there was none.
+  /// Throws Error (kUsage) for a picture larger than the driver draws. Whether there was room,
+  /// glGetError tells; call clear() if there was none.
   void prepare(PictureSize size, const FramePlan& plan);
   void clear() { *this = Targets(); }
 
@@ -26,8 +26,8 @@ class Targets {
   GLuint color_and_depth() const { return color_and_depth_.name(); }
   GLuint color() const { return color_only_.name(); }
   GLuint depth() const { return depth_only_.name(); }
-  /// Sums of weighted colors and of weights, with the same depth. 32-bit floats, since the sum of many splats must not
-  /// lose the small ones: a 16-bit float of 2048 takes no more steps below 2.
+  /// Sums of weighted colors and of weights, with the same depth. 32-bit floats, since the sum of
+  /// many splats must not lose the small ones: a 16-bit float of 2048 takes no more steps below 2.
   GLuint sums() const { return sums_.name(); }
   /// One layer of a group: color and weight (RGBA8), radius, and a depth of its own.
   GLuint group(std::uint32_t group) const { return groups_[group].name(); }
