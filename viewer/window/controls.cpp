@@ -10,7 +10,7 @@
 namespace cairn::viewer {
 namespace {
 
-constexpr float kWidth = 290;  ///< pixels of a plain screen
+constexpr float kWidth = 330;  ///< pixels of a plain screen
 constexpr ColorSource kSources[] = {ColorSource::kColor,          ColorSource::kIntensity,
                                     ColorSource::kClassification, ColorSource::kNormal,
                                     ColorSource::kHeight,         ColorSource::kPlain,
@@ -48,6 +48,7 @@ void draw_detail(ViewState& state, const PanelFacts& facts) {
 }
 
 void draw_primitive(std::optional<Primitive>& wish) {
+  ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted("draw");
   const auto choice = [&](std::optional<Primitive> value, const std::string& name) {
     ImGui::SameLine();
@@ -152,7 +153,7 @@ void draw_controls(ViewState& state, const PanelFacts& facts, Actions& actions, 
   ImGui::SetNextWindowSizeConstraints({kWidth * scale, 0},
                                       {kWidth * scale, ImGui::GetIO().DisplaySize.y - 20 * scale});
   if (ImGui::Begin("View", nullptr, ImGuiWindowFlags_AlwaysAutoResize)) {
-    ImGui::PushItemWidth(190 * scale);
+    ImGui::PushItemWidth(220 * scale);
     draw_detail(state, facts);
     ImGui::Separator();
     draw_looks(state, facts);

@@ -1,4 +1,5 @@
-// What mouse and keyboard of a window do from frame to frame, in the words of viewer/window/input.h.
+// What mouse and keyboard of a window do from frame to frame, in the words of
+// viewer/window/input.h.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -13,9 +14,11 @@ class Hand {
   /// The window must outlive it.
   explicit Hand(Window& window) : window_(window) {}
 
-  /// What the mouse did since the last call. What a button moves counts from the second call on that finds it down.
+  /// What the mouse did since the last call. What a button moves counts from the second call on
+  /// that finds it down.
   MouseMove take_mouse();
-  /// Where the keys that are held down fly to, as fly() takes it; letters are among them only in flight.
+  /// Where the keys that are held down fly to, as fly() takes it; letters are among them only in
+  /// flight.
   glm::dvec3 along(bool in_flight) const;
   bool shift() const;
 

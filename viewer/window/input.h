@@ -19,14 +19,16 @@ struct MouseMove {
   double wheel = 0;     ///< steps away from the user
 };
 
-/// Moves the camera as a mouse does: around its target, or in flight about its eye. Whether it was moved.
+/// Moves the camera as a mouse does: around its target, or in flight about its eye. Whether it was
+/// moved.
 bool steer(ViewState& state, const MouseMove& mouse, PictureSize size);
 
-/// Moves the camera as keys do that were held down for some seconds: `along` right, up and forward, each -1, 0 or 1.
-/// Whether it was moved.
+/// Moves the camera as keys do that were held down for some seconds: `along` right, up and forward,
+/// each -1, 0 or 1. Whether it was moved.
 bool fly(ViewState& state, const glm::dvec3& along, double seconds, const Box& scene);
 
-/// Does what a pressed key stands for, GLFW's number of it; what remains to be done is added to `actions`.
+/// Does what a pressed key stands for, GLFW's number of it; what remains to be done is added to
+/// `actions`.
 void press(ViewState& state, int key, const BudgetRange& budgets, Actions& actions);
 
 /// All keys and what the mouse does, for people.

@@ -10,7 +10,7 @@
 namespace cairn::viewer {
 namespace {
 
-constexpr float kWidth = 270;  ///< pixels of a plain screen
+constexpr float kWidth = 280;  ///< pixels of a plain screen
 
 /// A row of a table: a name and what is to be told, in as many lines as it needs.
 void row(const char* name, const std::string& text) {
@@ -55,8 +55,8 @@ void tell_nodes(const FrameStatistics& frame) {
     ImGui::SameLine();
     ImGui::TextUnformatted(fmt::format("{}", frame.nodes_on_level[level]).c_str());
   }
-  row("culled", fmt::format("{} outside, {} backs, {} hidden", frame.outside, frame.facing_away,
-                            frame.hidden));
+  row("culled", fmt::format("{} outside, {} facing away,\n{} hidden", frame.outside,
+                            frame.facing_away, frame.hidden));
 }
 
 void tell_loads(const PanelFacts& facts) {

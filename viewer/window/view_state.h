@@ -1,5 +1,5 @@
-// What a person at the window decides: where to look from and how to draw. The panel and the keys change it, and the next
-// frame is drawn by it.
+// What a person at the window decides: where to look from and how to draw. The panel and the keys
+// change it, and the next frame is drawn by it.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct BudgetRange {
   std::uint64_t least = 1;  ///< the root's points
   std::uint64_t most = 1;
 };
-/// From the root's points to those of the dataset, but no farther than 20 million; an `asked` budget above that is still
-/// among them.
+/// From the root's points to those of the dataset, but no farther than 20 million; an `asked`
+/// budget above that is still among them.
 BudgetRange budget_range(std::uint64_t root_points, std::uint64_t all_points, std::uint64_t asked);
 
 /// What a state cannot express: it is done once.

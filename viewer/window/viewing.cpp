@@ -20,7 +20,8 @@
 namespace cairn::viewer {
 namespace {
 
-/// Frames that answer to an event: the panel needs one to notice it, one to change, and one to come to rest.
+/// Frames that answer to an event: the panel needs one to notice it, one to change, and one to come
+/// to rest.
 constexpr int kFramesAfterEvent = 3;
 /// Nodes handed to the card in one frame, so that frames go on while many are read.
 constexpr std::uint32_t kUploads = 4;

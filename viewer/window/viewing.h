@@ -1,5 +1,5 @@
-// A dataset in a window: each frame is input, then the picture, then the panels over it. Where nothing changes and nothing
-// is read, nothing is drawn.
+// A dataset in a window: each frame is input, then the picture, then the panels over it. Where
+// nothing changes and nothing is read, nothing is drawn.
 #pragma once
 
 #include <filesystem>
@@ -36,9 +36,9 @@ struct ViewingEnd {
   std::uint64_t frames = 0;           ///< drawn in all
 };
 
-/// Opens a window and returns when it is closed, or soon after `stop` is requested; nothing if no frame was drawn. For the
-/// main thread. Throws Error: kSystem without a display or OpenGL 4.5, kUsage for a start that the dataset cannot meet,
-/// kInput where its root is damaged.
+/// Opens a window and returns when it is closed, or soon after `stop` is requested; nothing if no
+/// frame was drawn. For the main thread. Throws Error: kSystem without a display or OpenGL 4.5,
+/// kUsage for a start that the dataset cannot meet, kInput where its root is damaged.
 std::optional<ViewingEnd> view_dataset(const formats::DatasetReader& dataset, const LodTree& tree,
                                        const ViewingOptions& options, const std::stop_token& stop);
 

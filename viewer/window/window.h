@@ -11,12 +11,12 @@ struct GLFWwindow;
 
 namespace cairn::viewer {
 
-/// Its context is current on the thread that made it, which must be the main thread, until it is destroyed there. At most
-/// one lives at a time in a process.
+/// Its context is current on the thread that made it, which must be the main thread, until it is
+/// destroyed there. At most one lives at a time in a process.
 class Window {
  public:
-  /// `size`: of its picture, as far as the screen has room. Throws Error (kSystem) that says in GLFW's words what is
-  /// missing and names `cairn render --mode cpu`.
+  /// `size`: of its picture, as far as the screen has room. Throws Error (kSystem) that says in
+  /// GLFW's words what is missing and names `cairn render --mode cpu`.
   Window(PictureSize size, const std::string& title);
   ~Window();
   Window(const Window&) = delete;
