@@ -192,7 +192,9 @@ TEST_F(View, RecordsAWalkAndPlaysIt) {
 TEST_F(View, ADamagedNodeIsToldOnceAndStoodInFor) {
   const fs::path nodes = fs::path(output()) / "nodes.bin";
   auto bytes = read_file(nodes);
-  bytes[bytes.size() - 1] ^= std::byte{1};  // sections of the last leaf
+  const auto dataset = formats::DatasetReader::open(output());
+  const formats::NodeRecord& last_leaf = dataset.nodes().back();
+  bytes[last_leaf.sections[formats::kPositionSection].offset] ^= std::byte{1};
   write_file(nodes, bytes);
   open();
   wait_until([&] { return view_->err().find("warning") != std::string::npos; });
