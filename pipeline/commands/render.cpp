@@ -20,6 +20,8 @@
 #include "pipeline/publish.h"
 #include "stages/parallel.h"
 #include "viewer/cpu/cpu_renderer.h"
+#include "viewer/gl/gl_renderer.h"
+#include "viewer/gl/headless_context.h"
 #include "viewer/walk_file.h"
 
 namespace cairn::pipeline {
@@ -89,6 +91,7 @@ class RenderCommand : public DatasetCommand {
   viewer::DatasetView open(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
                            const viewer::FramePlan& plan, bool prefetch) {
     const bool gl = mode_ == "gl";
+    if (gl) context_ = std::make_unique<viewer::HeadlessContext>();
     return {dataset,
             tree,
             plan,
@@ -96,7 +99,8 @@ class RenderCommand : public DatasetCommand {
              .beside_renderer = gl,
              .loader_threads = std::max(1U, threads_ / 2),
              .prefetch = prefetch},
-            [](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
+            [gl](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
+              if (gl) return std::make_unique<viewer::GlRenderer>(size);
               return std::make_unique<viewer::CpuRenderer>(size);
             }};
   }
@@ -171,6 +175,7 @@ class RenderCommand : public DatasetCommand {
   std::string stats_ = "text";
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   bool force_ = false;
+  std::unique_ptr<viewer::HeadlessContext> context_;
 };
 
 }  // namespace
