@@ -31,8 +31,10 @@ inline Rgb at(const Picture& picture, int x, int y) {
 
 /// Looks along x with z up: to the right is -y. Of 90 degrees over 48 rows: the focal length is 24 pixels.
 inline constexpr double kFocal = 24;
+inline constexpr double kNear = 0.5;
 inline View view(PictureSize size = kSize) {
-  return {{.eye = {0, 0, 0}, .target = {1, 0, 0}, .up = {0, 0, 1}, .fov_y_degrees = 90}, size, 0.5};
+  return {
+      {.eye = {0, 0, 0}, .target = {1, 0, 0}, .up = {0, 0, 1}, .fov_y_degrees = 90}, size, kNear};
 }
 
 struct Place {

@@ -63,7 +63,7 @@ TEST(FlatPass, DrawsADiscOfAnUnusableRadiusAsThePixelThatContainsIt) {
 
 TEST(FlatPass, DrawsASquareOfPixelsWhoseCentersLieInIt) {
   for (const float side : {2.0f, 5.0f, 7.5f, 64.0f})
-    for (const Place place : {Place{20.3, 11.8}, {1.2, 46.9}, {-1.6, 20.2}}) {
+    for (const Place place : {Place{20.3, 11.8}, {1.2, 46.9}, {-1.6, 20.2}, {32, 24}}) {
       FramePlan plan = kPoints;
       plan.point_pixels = side;
       const auto within = [&](double center, double middle) {
@@ -88,6 +88,11 @@ TEST(FlatPass, DrawsADiscOfPixelsWhoseCentersLieInIt) {
                    (i == std::floor(place.x) && j == std::floor(place.y));
           });
     }
+}
+
+// Four centers are then as far away as the smallest radius, but for rounding.
+TEST(FlatPass, DrawsTheSmallestDiscOnAPixelsCornerInThatPixel) {
+  EXPECT_NE(at(drawn({{.position = seen_at(32, 24, 2)}}, kDiscs), 32, 24), kBackground);
 }
 
 TEST(FlatPass, DrawsNoDiscLargerThanTheLargest) {
