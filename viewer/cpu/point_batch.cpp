@@ -7,6 +7,7 @@
 
 #include "formats/error.h"
 #include "viewer/cpu/nearest_buffer.h"
+#include "viewer/cpu/rounding.h"
 
 namespace cairn::viewer {
 namespace {
@@ -97,7 +98,7 @@ void turn_normals(PointBatch& batch, const Lens& lens, const std::uint32_t* norm
 
 std::uint32_t lit(std::uint32_t color, int shift, float light) {
   const auto byte = static_cast<float>(static_cast<std::int32_t>(color >> shift & 0xff));
-  return static_cast<std::uint32_t>(static_cast<std::int32_t>(byte * light + 0.5f)) << shift;
+  return rounded(byte * light) << shift;
 }
 
 }  // namespace
