@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 
-#include "viewer/cpu/flat_pass.h"
 #include "viewer/cpu/nearest_buffer.h"
 
 namespace cairn::viewer {
