@@ -143,7 +143,9 @@ class RenderCommand : public DatasetCommand {
     for (const viewer::TimedCamera& at : walk.frames(walk.frames_per_second())) {
       if (stop.stop_requested()) throw stages::Stopped{};
       view = view_of(tree, at.camera);
-      const auto frame = pictures.scene().draw(*view, limits, wishes, queries);
+      viewer::Scene& scene = pictures.scene();
+      const auto frame = wait_ ? scene.draw_settled(*view, limits, wishes)
+                               : scene.draw(*view, limits, wishes, queries);
       warn(frame);
       report.add(at.time_s, frame);
     }
@@ -171,6 +173,7 @@ class RenderCommand : public DatasetCommand {
   std::string output_;
   std::string mode_ = "cpu";
   std::string path_;
+  bool wait_ = false;
   std::string last_frame_;
   std::string stats_ = "text";
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
