@@ -17,8 +17,8 @@ struct Shape {
   std::uint64_t target_points;
 };
 
-/// Rows of the table, the VBO sizes of its third and fourth as their trees have them.
-constexpr Shape kTable[] = {{6, 4009}, {6, 24029}, {3, 85437}, {5, 77822}, {8, 364943}};
+/// Rows of the table, fan-outs and VBO sizes as the numbers of nodes in it tell.
+constexpr Shape kTable[] = {{6, 4009}, {6, 24029}, {3, 85437}, {7, 77822}, {8, 364943}};
 constexpr PictureSize kSize{1024, 1024};
 
 /// Cameras on a way from far outside into the middle of the scene.
