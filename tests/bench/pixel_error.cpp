@@ -70,6 +70,8 @@ struct Row {
   bool culling = false;
   viewer::SelectionLimits limits;
   test::Cut cut;
+  double inner_bound =
+      0;  ///< pixels: the largest of blocks of inner nodes; quantised leaves may have any up close
   Drawn points, splats;
 };
 
@@ -79,6 +81,11 @@ Row make_row(const viewer::LodTree& tree, const viewer::View& view, std::string 
   Row row{.name = std::move(name), .culling = culling, .limits = limits};
   row.cut.selection = select(tree, view, limits);
   if (limits.pixel_error > 0) row.cut.pixel_error = limits.pixel_error;
+  for (const viewer::FrontBlock& block : row.cut.selection.front) {
+    if (tree.is_leaf(block.node)) continue;
+    const viewer::Box& box = tree.node(tree.region_of(block.node, block.block)).box;
+    row.inner_bound = std::max(row.inner_bound, view.pixel_bound(box, tree.node(block.node).bound));
+  }
   return row;
 }
 
@@ -145,9 +152,10 @@ std::string file_name(const Row& row, const char* primitive) {
 
 using Cells = std::vector<std::string>;
 
-const Cells kHeading{"cut",          "culling",    "points",       "of full",      "bound px",
-                     "max px",       "RMS px",     "mean px",      "of own bound", "points: differ",
-                     "points: PSNR", "points: ms", "auto: differ", "auto: PSNR",   "auto: ms"};
+const Cells kHeading{"cut",        "culling",        "points",         "of full",
+                     "bound px",   "inner bound px", "max px",         "RMS px",
+                     "mean px",    "of own bound",   "points: differ", "points: PSNR",
+                     "points: ms", "auto: differ",   "auto: PSNR",     "auto: ms"};
 
 Cells cells_of(const Row& row, const Row& full, const test::Displacement& measured) {
   const Difference points = difference(row.points.picture, full.points.picture);
@@ -158,6 +166,7 @@ Cells cells_of(const Row& row, const Row& full, const test::Displacement& measur
           std::to_string(row.cut.selection.points),
           fmt::format("{:.1f} %", 100 * count(row) / std::max(count(full), 1.0)),
           fmt::format("{:.3f}", row.cut.selection.pixel_bound),
+          fmt::format("{:.3f}", row.inner_bound),
           fmt::format("{:.3f}", measured.max),
           fmt::format("{:.3f}", measured.rms()),
           fmt::format("{:.3f}", measured.mean()),
