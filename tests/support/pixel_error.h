@@ -38,10 +38,10 @@ struct Displacement {
   double rms() const;
 };
 
-/// Measures cuts of one view, in one walk over the dataset that holds no more than one node a level. The promise of a
-/// point is the least of its block's projected bound, the bound that the selection told and, in inner nodes, the pixel
-/// error. These are about input points; a decoded leaf point is itself off by at most its leaf's bound, which is allowed
-/// on top. Throws Error as DatasetReader::read_node does.
+/// Measures cuts of one view, in one walk over the dataset that holds no more than one node a level. The promise
+/// of a point is the least of its block's projected bound, the bound that the selection told and, in inner nodes,
+/// the pixel error. These are about input points; a decoded leaf point is itself off by at most its leaf's bound,
+/// which is allowed on top. Throws Error as DatasetReader::read_node does.
 std::vector<Displacement> measure_displacement(const formats::DatasetReader& dataset,
                                                const viewer::LodTree& tree,
                                                const viewer::View& view, std::span<const Cut> cuts);
