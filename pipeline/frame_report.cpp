@@ -58,6 +58,7 @@ double quantile(std::vector<double> values, double share) {
 
 std::string frame_json(const FrameStatistics& frame, const PictureFacts& facts) {
   Json json{
+      {"frames", facts.frames},
       {"points", frame.points},
       {"unseen_points", frame.unseen_points},
       {"nodes", frame.nodes},

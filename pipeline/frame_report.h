@@ -13,6 +13,7 @@ struct PictureFacts {
   std::string mode;  ///< "cpu" or "gl"
   viewer::View view;
   std::vector<std::string> sections;  ///< that are read of a node
+  std::uint64_t frames = 1;           ///< drawn so far, with this one
 };
 
 /// One JSON object and a newline.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what the build needs on Debian 12, if it is missing; does nothing when all is there.
+# Installs what the build and its tests need on Debian 12, if it is missing; does nothing when all is there.
 #
 #   scripts/setup.sh            compiler, CMake and libraries
 #   scripts/setup.sh checks     these, Clang with its sanitizers, clang-format and clang-tidy, and matplotlib
@@ -11,6 +11,7 @@ packages=(
   liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
   libembree-dev libflann-dev liblz4-dev libpcl-dev
   libglm-dev libpng-dev libglfw3-dev libepoxy-dev libegl-dev libimgui-dev libgl1-mesa-dri
+  xvfb xdotool  # windows without a screen, for tests
 )
 if [[ "${1:-}" == checks ]]; then
   packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev

@@ -42,12 +42,11 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
       tree_, view, held, [&](NodeIndex node) { return !damaged_.contains(node); }, hidden);
 
   const std::vector<NodeIndex>& wanted = frame.selected.nodes;
-  const auto held_all = [&] {
-    return std::ranges::all_of(wanted, [&](NodeIndex node) { return slots_.holds(node); });
-  };
+  const bool held_before =
+      std::ranges::all_of(wanted, [&](NodeIndex node) { return slots_.holds(node); });
   // What is in the picture comes first; what is around it only once nothing is missing.
   const std::vector<NodeIndex> around =
-      options_.prefetch && held_all() ? nodes_around(view, held, frame.selected) : wanted;
+      options_.prefetch && held_before ? nodes_around(view, held, frame.selected) : wanted;
   slots_.begin_frame(around);
   for (const NodeIndex node : wanted)
     if (!in(last_, node) && at_hand(node)) ++frame.hits;
@@ -56,6 +55,7 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
   loader_.request(absent);
   frame.missing = static_cast<std::uint64_t>(
       std::ranges::count_if(wanted, [&](NodeIndex node) { return !slots_.holds(node); }));
+  frame.unfinished = !absent.empty() || uploads_left_ == 0 || (options_.prefetch && !held_before);
   last_ = wanted;
 
   frame.drawn =

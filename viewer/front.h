@@ -33,6 +33,7 @@ struct FrontFrame {
   std::uint64_t forced_loads = 0;  ///< nodes that this frame waited for
   std::uint64_t hits = 0;          ///< nodes that came into use and were at hand
   std::uint64_t missing = 0;       ///< nodes of `selected` that are not at hand
+  bool unfinished = false;         ///< nodes are still to be read or uploaded, prefetched ones too
   std::vector<std::string>
       damage;  ///< of nodes that were found damaged since the last frame; each is told once
 };

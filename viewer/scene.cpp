@@ -75,6 +75,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.forced_loads = front.forced_loads;
   frame.hits = front.hits;
   frame.missing = front.missing;
+  frame.unfinished = front.unfinished;
   frame.damaged = front_.damaged();
   frame.outside = drawn_.outside;
   frame.facing_away = drawn_.facing_away;

@@ -27,6 +27,7 @@ std::unique_ptr<Command> make_report_command(CLI::App& program);
 std::unique_ptr<Command> make_verify_command(CLI::App& program);
 std::unique_ptr<Command> make_export_command(CLI::App& program);
 std::unique_ptr<Command> make_render_command(CLI::App& program);
+std::unique_ptr<Command> make_view_command(CLI::App& program);
 std::unique_ptr<Command> make_simulate_command(CLI::App& program);
 
 }  // namespace cairn::pipeline

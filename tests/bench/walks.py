@@ -3,7 +3,7 @@
 
     tests/bench/walks.py CAIRN DATASET=WALK.toml[,WALK.toml...]... [--budgets 100000,...] [--realtime]
 
-Each path is drawn on the processor with each budget B. With every frame waiting for its nodes (the default) no frame may
+Each path is drawn on the processor, as points, with each budget B. With every frame waiting for its nodes (the default) no frame may
 draw more than B points, nor fewer than B - s' (s' the dataset's node size) unless all that is visible is drawn from
 leaves. With --realtime frames do not wait: no frame may draw more than B, and only the root may be waited for. Prints
 a table in Markdown; exits with 1 if a promise is broken.
@@ -22,7 +22,7 @@ def play(cairn, dataset, walk, budget, realtime):
     """The rows of one path, numbers by column name."""
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder, "walk.csv")
-        command = [cairn, "render", dataset, "--path", walk, "--budget", str(budget), "-o", table]
+        command = [cairn, "render", dataset, "--path", walk, "--budget", str(budget), "--draw", "points", "-o", table]
         subprocess.run(command + ([] if realtime else ["--wait"]), check=True, stdout=subprocess.DEVNULL)
         return [{name: float(text) for name, text in row.items()} for row in csv.DictReader(table.open())]
 

@@ -9,8 +9,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "tests/support/temporary_folder.h"
-
 namespace cairn::test {
 namespace {
 
@@ -29,27 +27,52 @@ namespace {
 
 }  // namespace
 
+RunningProgram::RunningProgram(const std::string& program,
+                               const std::vector<std::string>& arguments) {
+  const std::string out = folder_ / "out";
+  const std::string err = folder_ / "err";
+  write_text(err, "");  // there before the program is, for whoever waits for a word in it
+  child_ = ::fork();
+  if (child_ < 0) throw std::runtime_error("cannot fork");
+  if (child_ == 0) become(program, arguments, out, err);
+}
+
+RunningProgram::~RunningProgram() {
+  if (!running()) return;
+  ::kill(child_, SIGKILL);
+  ::waitpid(child_, &status_, 0);
+}
+
+bool RunningProgram::running() {
+  if (!ended_) ended_ = ::waitpid(child_, &status_, WNOHANG) != 0;
+  return !ended_;
+}
+
+void RunningProgram::signal(int number) {
+  if (running()) ::kill(child_, number);
+}
+
+std::string RunningProgram::err() const { return read_text(folder_ / "err"); }
+
+Outcome RunningProgram::wait() {
+  if (!ended_) ::waitpid(child_, &status_, 0);
+  ended_ = true;
+  return {.exit_code = WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_),
+          .out = read_text(folder_ / "out"),
+          .err = err()};
+}
+
 Outcome run_program(const std::string& program, const std::vector<std::string>& arguments,
                     int signal, const std::string& after) {
-  const TemporaryFolder folder;
-  const std::string out = folder / "out";
-  const std::string err = folder / "err";
-  write_text(err, "");  // there before the program is, for whoever waits for a word in it
-  const pid_t child = ::fork();
-  if (child < 0) throw std::runtime_error("cannot fork");
-  if (child == 0) become(program, arguments, out, err);
-  int status = 0;
-  while (signal != 0 && ::waitpid(child, &status, WNOHANG) == 0) {
-    if (read_text(err).find(after) != std::string::npos) {
-      ::kill(child, signal);
+  RunningProgram running(program, arguments);
+  while (signal != 0 && running.running()) {
+    if (running.err().find(after) != std::string::npos) {
+      running.signal(signal);
       signal = 0;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  if (signal == 0) ::waitpid(child, &status, 0);
-  return {.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          .out = read_text(out),
-          .err = read_text(err)};
+  return running.wait();
 }
 
 std::vector<std::string> lines_of(const std::string& text) {

@@ -1,9 +1,13 @@
 // Runs the real program, as a user would.
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <string>
 #include <vector>
+
+#include "tests/support/temporary_folder.h"
 
 namespace cairn::test {
 
@@ -11,6 +15,27 @@ struct Outcome {
   int exit_code = 0;  ///< 128 + signal if one ended the process
   std::string out;
   std::string err;
+};
+
+/// A program that runs beside the test, and is killed if it still does when the test is over.
+class RunningProgram {
+ public:
+  RunningProgram(const std::string& program, const std::vector<std::string>& arguments);
+  ~RunningProgram();
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  bool running();
+  void signal(int number);
+  std::string err() const;  ///< so far
+  /// Waits for its end.
+  Outcome wait();
+
+ private:
+  TemporaryFolder folder_;
+  pid_t child_;
+  bool ended_ = false;
+  int status_ = 0;
 };
 
 /// Runs `program` with these arguments to its end. If `signal` is given, it is sent once `after` has
