@@ -56,6 +56,9 @@ class RenderCommand : public DatasetCommand {
         ->check(CLI::IsMember({"cpu", "gl"}));
     parser_.add_option("--path", path_, "a camera path to play, a .toml file")
         ->option_text("WALK.toml");
+    parser_.add_flag(
+        "--wait", wait_,
+        "with --path: every frame waits for all its nodes, for pictures and measuring");
     parser_
         .add_option("--last-frame", last_frame_, "with --path: write the last frame as a picture")
         ->option_text("FILE.png");
