@@ -107,12 +107,14 @@ void WalkReport::add(double time_s, const FrameStatistics& frame) {
 
 std::string WalkReport::csv() const {
   std::string text =
-      "frame,time_s,points,nodes,loads,forced_loads,hits,missing,pixel_bound,select_ms,draw_ms\n";
+      "frame,time_s,points,nodes,loads,forced_loads,hits,missing,finest,pixel_bound,select_ms,draw_"
+      "ms\n";
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const FrameStatistics& frame = rows_[i].frame;
-    text += fmt::format("{},{:.4f},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f}\n", i, rows_[i].time_s,
+    text += fmt::format("{},{:.4f},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f}\n", i, rows_[i].time_s,
                         frame.points, frame.nodes, frame.loads, frame.forced_loads, frame.hits,
-                        frame.missing, frame.pixel_bound, frame.select_ms, frame.draw_ms);
+                        frame.missing, frame.finest ? 1 : 0, frame.pixel_bound, frame.select_ms,
+                        frame.draw_ms);
   }
   return text;
 }

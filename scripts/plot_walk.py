@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """What every frame of a camera path cost and drew.
 
-Usage: cairn render site.cairn --path walk.toml --budget 1000000 > walk.csv
+Usage: cairn render site.cairn --path walk.toml --budget 1000000 -o walk.csv
        scripts/plot_walk.py walk.csv -o walk.png --budget 1000000        (or .pdf, .svg)
 
 The rows are CSV with the header line
 
-    frame,time_s,points,nodes,loads,forced_loads,hits,missing,pixel_bound,select_ms,draw_ms
+    frame,time_s,points,nodes,loads,forced_loads,hits,missing,finest,pixel_bound,select_ms,draw_ms
 
 one a frame: points drawn, nodes in use, nodes that arrived from the disk, of which forced ones were waited for, nodes
-that were there already, nodes that others stood in for, the bound of the error on the screen in pixels (inf where
+that were there already, nodes that others stood in for, 1 where all that is visible is drawn from leaves, the bound of the error on the screen in pixels (inf where
 there is none), and milliseconds for selecting and for drawing. Lines that begin with # are skipped. Shows points
 against the budget, the nodes, the loads, the bound and the times, along the path. Needs Python 3 with matplotlib
 (Debian: python3-matplotlib).
@@ -30,7 +30,7 @@ except ImportError as error:
 
 BLUE, ORANGE, GREEN, RED, GREY = "#31688e", "#e08214", "#35b779", "#b2182b", "#9a9a9a"
 
-COLUMNS = ("frame", "time_s", "points", "nodes", "loads", "forced_loads", "hits", "missing", "pixel_bound",
+COLUMNS = ("frame", "time_s", "points", "nodes", "loads", "forced_loads", "hits", "missing", "finest", "pixel_bound",
            "select_ms", "draw_ms")
 
 

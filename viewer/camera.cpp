@@ -94,14 +94,15 @@ bool View::faces_away(const Box& box, const Cone& cone) const {
   if (cone.axis == glm::vec3(0) || cone.min_cosine <= 0) return false;
   const glm::dvec3 axis(cone.axis);
   const glm::dvec3 center = box.center - eye();
+  const double along = glm::dot(center, axis);
+  if (along <= 0) return false;  // most that face the eye
   const double distance = glm::length(center);
   const double radius = glm::length(box.half);
   if (distance <= radius) return false;
   // Angles add up: of a normal to the axis, of the axis to the line of sight through the center, and of that to any
   // line of sight through the box. Away means that all together stay below a right angle.
   const double to_normal = std::acos(std::clamp(double{cone.min_cosine}, -1.0, 1.0));
-  const double to_axis =
-      std::acos(std::clamp(glm::dot(center, axis) / (distance * glm::length(axis)), -1.0, 1.0));
+  const double to_axis = std::acos(std::min(along / (distance * glm::length(axis)), 1.0));
   const double to_sight = std::asin(radius / distance);
   return to_normal + to_axis + to_sight < std::numbers::pi / 2 - 1e-6;
 }

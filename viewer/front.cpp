@@ -42,23 +42,28 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
       tree_, view, held, [&](NodeIndex node) { return !damaged_.contains(node); }, hidden);
 
   const std::vector<NodeIndex>& wanted = frame.selected.nodes;
-  const std::vector<NodeIndex> around = nodes_around(view, held, frame.selected);
-  slots_.begin_frame(around.empty() ? wanted : around);
+  const bool held_before =
+      std::ranges::all_of(wanted, [&](NodeIndex node) { return slots_.holds(node); });
+  // What is in the picture comes first; what is around it only once nothing is missing.
+  const std::vector<NodeIndex> around =
+      options_.prefetch && held_before ? nodes_around(view, held, frame.selected) : wanted;
+  slots_.begin_frame(around);
   for (const NodeIndex node : wanted)
     if (!in(last_, node) && at_hand(node)) ++frame.hits;
   std::vector<NodeIndex> absent;
-  bring(wanted, absent);
+  bring(around, absent);
+  loader_.request(absent);
   frame.missing = static_cast<std::uint64_t>(
       std::ranges::count_if(wanted, [&](NodeIndex node) { return !slots_.holds(node); }));
-  // What is in the picture comes first; what is around it only once nothing is missing.
-  if (frame.missing == 0) bring(around, absent);
-  loader_.request(absent);
-  frame.unfinished = !absent.empty() || uploads_left_ == 0;
+  frame.unfinished = !absent.empty() || uploads_left_ == 0 || (options_.prefetch && !held_before);
   last_ = wanted;
 
-  frame.drawn = select(
-      tree_, view, held, [&](NodeIndex node) { return slots_.holds(node) && in(wanted, node); },
-      hidden);
+  frame.drawn =
+      frame.missing == 0
+          ? frame.selected
+          : select(
+                tree_, view, held,
+                [&](NodeIndex node) { return slots_.holds(node) && in(wanted, node); }, hidden);
   return frame;
 }
 
@@ -90,7 +95,6 @@ void Front::take_loaded(FrontFrame& frame) {
 
 std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimits& limits,
                                            const Selection& selected) const {
-  if (!options_.prefetch) return {};
   SelectionLimits wider = limits;
   const double area = (1 + 2 * kPrefetchShare) * (1 + 2 * kPrefetchShare);
   if (limits.points != SelectionLimits::kUnlimited)
@@ -99,8 +103,7 @@ std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimi
                                   [&](NodeIndex node) { return !damaged_.contains(node); });
   std::vector<NodeIndex> nodes;
   std::ranges::set_union(selected.nodes, around.nodes, std::back_inserter(nodes));
-  if (nodes.size() > slots_.slots()) nodes.clear();
-  return nodes;
+  return nodes.size() <= slots_.slots() ? nodes : selected.nodes;
 }
 
 /// Puts nodes that are decoded into slots, parents first, and lists those that must be read.

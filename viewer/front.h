@@ -58,6 +58,7 @@ class Front {
  private:
   void load_root(FrontFrame& frame);
   void take_loaded(FrontFrame& frame);
+  /// The selected nodes and those that a small turn would select, or the former alone if there is no room for both.
   std::vector<NodeIndex> nodes_around(const View& view, const SelectionLimits& limits,
                                       const Selection& selected) const;
   void bring(std::span<const NodeIndex> nodes, std::vector<NodeIndex>& absent);

@@ -146,6 +146,7 @@ class Selector {
         const bool hidden = (used.hidden & bit) != 0;
         result_.front.push_back({used.node, block, hidden});
         if (hidden) ++result_.hidden;
+        result_.finest = result_.finest && tree_.is_leaf(used.node);
         const Box& box = tree_.node(tree_.region_of(used.node, block)).box;
         result_.pixel_bound = std::max(result_.pixel_bound, view_.pixel_bound(box, node.bound));
         const double depth = std::max(view_.nearest_depth(box), view_.near());

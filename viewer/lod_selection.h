@@ -50,6 +50,7 @@ struct Selection {
   std::uint64_t outside = 0;      ///< regions met that are outside of the picture,
   std::uint64_t facing_away = 0;  ///< that turn their backs to the eye,
   std::uint64_t hidden = 0;       ///< and that were hidden a frame ago
+  bool finest = true;             ///< all blocks on the front are leaves: no budget would draw more
 };
 
 /// Tells something of a node; empty stands for `no` or for `all`, as told where it is used.

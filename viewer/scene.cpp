@@ -80,6 +80,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.outside = drawn_.outside;
   frame.facing_away = drawn_.facing_away;
   frame.hidden = drawn_.hidden;
+  frame.finest = drawn_.finest;
   frame.pixel_bound = drawn_.pixel_bound;
   frame.damage = std::move(front.damage);
   return frame;

@@ -31,6 +31,7 @@ struct FrameStatistics {
   std::uint64_t outside = 0;      ///< regions culled because they lie outside of the picture,
   std::uint64_t facing_away = 0;  ///< turn their backs,
   std::uint64_t hidden = 0;       ///< or lie behind others
+  bool finest = true;  ///< all that is visible is drawn from leaves: no budget would draw more
   double pixel_bound =
       0;  ///< no input point is drawn farther than this from where it belongs, pixels; may be infinite
   double select_ms = 0;

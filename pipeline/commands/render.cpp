@@ -20,6 +20,8 @@
 #include "pipeline/publish.h"
 #include "stages/parallel.h"
 #include "viewer/cpu/cpu_renderer.h"
+#include "viewer/gl/gl_renderer.h"
+#include "viewer/gl/headless_context.h"
 #include "viewer/walk_file.h"
 
 namespace cairn::pipeline {
@@ -54,6 +56,9 @@ class RenderCommand : public DatasetCommand {
         ->check(CLI::IsMember({"cpu", "gl"}));
     parser_.add_option("--path", path_, "a camera path to play, a .toml file")
         ->option_text("WALK.toml");
+    parser_.add_flag(
+        "--wait", wait_,
+        "with --path: every frame waits for all its nodes, for pictures and measuring");
     parser_
         .add_option("--last-frame", last_frame_, "with --path: write the last frame as a picture")
         ->option_text("FILE.png");
@@ -89,6 +94,7 @@ class RenderCommand : public DatasetCommand {
   viewer::DatasetView open(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
                            const viewer::FramePlan& plan, bool prefetch) {
     const bool gl = mode_ == "gl";
+    if (gl) context_ = std::make_unique<viewer::HeadlessContext>();
     return {dataset,
             tree,
             plan,
@@ -96,7 +102,8 @@ class RenderCommand : public DatasetCommand {
              .beside_renderer = gl,
              .loader_threads = std::max(1U, threads_ / 2),
              .prefetch = prefetch},
-            [](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
+            [gl](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
+              if (gl) return std::make_unique<viewer::GlRenderer>(size);
               return std::make_unique<viewer::CpuRenderer>(size);
             }};
   }
@@ -139,7 +146,9 @@ class RenderCommand : public DatasetCommand {
     for (const viewer::TimedCamera& at : walk.frames(walk.frames_per_second())) {
       if (stop.stop_requested()) throw stages::Stopped{};
       view = view_of(tree, at.camera);
-      const auto frame = pictures.scene().draw(*view, limits, wishes, queries);
+      viewer::Scene& scene = pictures.scene();
+      const auto frame = wait_ ? scene.draw_settled(*view, limits, wishes)
+                               : scene.draw(*view, limits, wishes, queries);
       warn(frame);
       report.add(at.time_s, frame);
     }
@@ -167,10 +176,12 @@ class RenderCommand : public DatasetCommand {
   std::string output_;
   std::string mode_ = "cpu";
   std::string path_;
+  bool wait_ = false;
   std::string last_frame_;
   std::string stats_ = "text";
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   bool force_ = false;
+  std::unique_ptr<viewer::HeadlessContext> context_;
 };
 
 }  // namespace

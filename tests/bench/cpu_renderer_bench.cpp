@@ -125,23 +125,23 @@ FramePlan with(FramePlan plan, bool FramePlan::*effect) {
   return plan;
 }
 
-void Points16M(benchmark::State& state) { draw(state, many_points(), kPoints); }
-void PointsInRandomOrder16M(benchmark::State& state) {
+void points_16m(benchmark::State& state) { draw(state, many_points(), kPoints); }
+void points_in_random_order_16m(benchmark::State& state) {
   static Hills hills(16, Order::kRandom);
   draw(state, hills, kPoints);
 }
-void PlainPoints16M(benchmark::State& state) { draw(state, many_points(), FramePlan{}); }
-void LitPoints16M(benchmark::State& state) {
+void plain_points_16m(benchmark::State& state) { draw(state, many_points(), FramePlan{}); }
+void lit_points_16m(benchmark::State& state) {
   draw(state, many_points(), with(kPoints, &FramePlan::lighting));
 }
-void EyeDomePoints16M(benchmark::State& state) {
+void eye_dome_points_16m(benchmark::State& state) {
   draw(state, many_points(), with(kPoints, &FramePlan::eye_dome));
 }
-void Discs16M(benchmark::State& state) { draw(state, many_points(), kDiscs); }
-void Discs1M(benchmark::State& state) { draw(state, one_million(), kDiscs); }
-void Splats16M(benchmark::State& state) { draw(state, many_points(), kSplats); }
-void Splats1M(benchmark::State& state) { draw(state, one_million(), kSplats); }
-void EmptyFrame(benchmark::State& state) {
+void discs_16m(benchmark::State& state) { draw(state, many_points(), kDiscs); }
+void discs_1m(benchmark::State& state) { draw(state, one_million(), kDiscs); }
+void splats_16m(benchmark::State& state) { draw(state, many_points(), kSplats); }
+void splats_1m(benchmark::State& state) { draw(state, one_million(), kSplats); }
+void empty_frame(benchmark::State& state) {
   Frame frame = many_points().frame(kPoints);
   frame.items.clear();
   for (auto _ : state) many_points().renderer().draw(frame);
@@ -151,7 +151,7 @@ constexpr std::size_t kWords = std::size_t{64} << 20;  ///< half a gigabyte
 constexpr std::size_t kGrain = std::size_t{1} << 20;
 using Range = tbb::blocked_range<std::size_t>;
 
-void MemoryRead(benchmark::State& state) {
+void memory_read(benchmark::State& state) {
   const std::vector<std::uint64_t> words(kWords, 1);
   for (auto _ : state) {
     const std::uint64_t sum = tbb::parallel_reduce(
@@ -166,7 +166,7 @@ void MemoryRead(benchmark::State& state) {
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(8 * kWords));
 }
 
-void MemoryCopy(benchmark::State& state) {
+void memory_copy(benchmark::State& state) {
   const std::vector<std::uint64_t> from(kWords, 1);
   std::vector<std::uint64_t> to(kWords);
   for (auto _ : state) {
@@ -179,17 +179,17 @@ void MemoryCopy(benchmark::State& state) {
 }
 
 #define CAIRN_BENCHMARK(name) BENCHMARK(name)->Unit(benchmark::kMillisecond)->UseRealTime()
-CAIRN_BENCHMARK(MemoryRead);
-CAIRN_BENCHMARK(MemoryCopy);
-CAIRN_BENCHMARK(EmptyFrame);
-CAIRN_BENCHMARK(Points16M);
-CAIRN_BENCHMARK(PointsInRandomOrder16M);
-CAIRN_BENCHMARK(PlainPoints16M);
-CAIRN_BENCHMARK(LitPoints16M);
-CAIRN_BENCHMARK(EyeDomePoints16M);
-CAIRN_BENCHMARK(Discs16M);
-CAIRN_BENCHMARK(Discs1M);
-CAIRN_BENCHMARK(Splats16M);
-CAIRN_BENCHMARK(Splats1M);
+CAIRN_BENCHMARK(memory_read);
+CAIRN_BENCHMARK(memory_copy);
+CAIRN_BENCHMARK(empty_frame);
+CAIRN_BENCHMARK(points_16m);
+CAIRN_BENCHMARK(points_in_random_order_16m);
+CAIRN_BENCHMARK(plain_points_16m);
+CAIRN_BENCHMARK(lit_points_16m);
+CAIRN_BENCHMARK(eye_dome_points_16m);
+CAIRN_BENCHMARK(discs_16m);
+CAIRN_BENCHMARK(discs_1m);
+CAIRN_BENCHMARK(splats_16m);
+CAIRN_BENCHMARK(splats_1m);
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 
 const std::string kHeader =
-    "frame,time_s,points,nodes,loads,forced_loads,hits,missing,pixel_bound,select_ms,draw_ms\n";
+    "frame,time_s,points,nodes,loads,forced_loads,hits,missing,finest,pixel_bound,select_ms,draw_ms\n";
 
 class PlotWalk : public ::testing::Test {
  protected:
@@ -57,7 +57,7 @@ TEST_F(PlotWalk, DrawsAnyNumberOfFrames) {
     const std::string number = std::to_string(frame);
     rows += number + "," + std::to_string(frame / 30.0) + "," +
             std::to_string(900000 + 2000 * frame) + ",20," + std::to_string(frame % 7) +
-            ",0,18,2," + (frame < 9 ? "inf" : "2.5") + ",0.25,1.5e+01\n";
+            ",0,18,2,0," + (frame < 9 ? "inf" : "2.5") + ",0.25,1.5e+01\n";
     if (frame != 0 && frame != 99) continue;
     const Outcome outcome = draw(rows, {"--budget", "1000000", "--title", "site"});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -67,7 +67,7 @@ TEST_F(PlotWalk, DrawsAnyNumberOfFrames) {
 }
 
 TEST_F(PlotWalk, AFrameOfZeroesIsAFrame) {
-  const Outcome outcome = draw("# site.cairn\n\n" + kHeader + "0,0,0,0,0,0,0,0,0,0,0\r\n");
+  const Outcome outcome = draw("# site.cairn\n\n" + kHeader + "0,0,0,0,0,0,0,0,0,0,0,0\r\n");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   expect_page();
@@ -77,11 +77,11 @@ TEST_F(PlotWalk, RefusesRowsThatAreNone) {
   EXPECT_THAT(refusal(""), HasSubstr("line 1: expected the header frame,time_s"));
   EXPECT_THAT(refusal("# a\nframe,time_s\n"), HasSubstr("line 2: expected the header"));
   EXPECT_THAT(refusal(kHeader), HasSubstr("no frame"));
-  EXPECT_THAT(refusal(kHeader + "0,0,0\n"), HasSubstr("line 2: found 3 values, expected 11"));
-  EXPECT_THAT(refusal(kHeader + "0,0,many,0,0,0,0,0,0,0,0\n"),
+  EXPECT_THAT(refusal(kHeader + "0,0,0\n"), HasSubstr("line 2: found 3 values, expected 12"));
+  EXPECT_THAT(refusal(kHeader + "0,0,many,0,0,0,0,0,0,0,0,0\n"),
               HasSubstr("line 2: points: found 'many', expected a number"));
   for (const char* number : {"nan", "inf", "-1"})
-    EXPECT_THAT(refusal(kHeader + "0,0,0,0,0,0,0,0,0,0," + number + "\n"), HasSubstr("draw_ms"));
+    EXPECT_THAT(refusal(kHeader + "0,0,0,0,0,0,0,0,0,0,0," + number + "\n"), HasSubstr("draw_ms"));
 }
 
 TEST_F(PlotWalk, AFileThatIsNotThereIsToldInOneLine) {

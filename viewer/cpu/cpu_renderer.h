@@ -24,7 +24,7 @@ class CpuRenderer final : public Renderer {
   DrawStatistics draw(const Frame& frame) override;
   Picture picture() override { return picture_; }
 
-  /// What the frames so far made necessary beside the points.
+  /// Of the buffers of pixels that the frames so far made necessary.
   std::size_t buffer_bytes() const;
 
  private:

@@ -57,12 +57,6 @@ void draw_discs(const Lens& lens, const PointBatch& batch, const float* radius,
 
 }  // namespace
 
-float drawn_pixel_radius(const Lens& lens, float radius, float depth) {
-  const float pixels = radius * lens.focal / depth;
-  if (!(pixels > shading::kMinPixelRadius)) return shading::kMinPixelRadius;
-  return pixels < shading::kMaxPixelRadius ? pixels : shading::kMaxPixelRadius;
-}
-
 void draw_flat(const FramePlan& plan, const Lens& lens, const PointBatch& batch,
                const float* radius, std::span<std::uint64_t> words) {
   CAIRN_CHECK(plan.primitive != Primitive::kSplats);

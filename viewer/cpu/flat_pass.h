@@ -14,7 +14,4 @@ namespace cairn::viewer {
 void draw_flat(const FramePlan& plan, const Lens& lens, const PointBatch& batch,
                const float* radius, std::span<std::uint64_t> words);
 
-/// Radius in pixels at which a disc is drawn; for what is not a number, the smallest.
-float drawn_pixel_radius(const Lens& lens, float radius, float depth);
-
 }  // namespace cairn::viewer

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 
 #include "viewer/camera.h"
+#include "viewer/renderer.h"
 
 namespace cairn::viewer {
 
@@ -56,6 +57,13 @@ inline std::int64_t pixel_of(const Lens& lens, float x, float y) {
   const int row = static_cast<int>(y);
   if (column >= lens.width || row >= lens.height) return -1;
   return std::int64_t{row} * lens.width + column;
+}
+
+/// Radius in pixels at which a disc is drawn; for what is not a number, the smallest. Requires depth > 0.
+inline float drawn_pixel_radius(const Lens& lens, float radius, float depth) {
+  const float pixels = radius * lens.focal / depth;
+  if (!(pixels > shading::kMinPixelRadius)) return shading::kMinPixelRadius;
+  return pixels < shading::kMaxPixelRadius ? pixels : shading::kMaxPixelRadius;
 }
 
 }  // namespace cairn::viewer

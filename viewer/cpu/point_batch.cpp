@@ -1,19 +1,35 @@
 #include "viewer/cpu/point_batch.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "formats/error.h"
 #include "viewer/cpu/nearest_buffer.h"
+#include "viewer/cpu/rounding.h"
 
 namespace cairn::viewer {
 namespace {
+
+/// All bits or none: a choice by `?:` or `&&` would become a branch.
+std::uint32_t mask_of(bool condition) { return 0u - condition; }
+
+float masked(float value, std::uint32_t mask) {
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) & mask);
+}
+
+float chosen(bool condition, float yes, float no) {
+  const std::uint32_t mask = mask_of(condition);
+  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(yes) & mask) |
+                              (std::bit_cast<std::uint32_t>(no) & ~mask));
+}
 
 /// Where points appear, and how deep; the depth of those outside is 0.
 void project(PointBatch& batch, const BatchRules& rules, const SlotColumns& columns,
              const glm::vec3& offset) {
   const Lens lens = rules.lens;
+  const float least = -rules.margin;
   const float right_end = static_cast<float>(lens.width) + rules.margin;
   const float lower_end = static_cast<float>(lens.height) + rules.margin;
   for (std::uint32_t i = 0; i < batch.count; ++i) {
@@ -26,13 +42,13 @@ void project(PointBatch& batch, const BatchRules& rules, const SlotColumns& colu
     const float scale = lens.focal / depth;
     const float picture_x = lens.center_x + across * scale;
     const float picture_y = lens.center_y - along * scale;
-    // False for what is not a number. No short circuit: that would be a branch.
-    const bool inside = (depth >= lens.near) & (picture_x >= -rules.margin) &
-                        (picture_x < right_end) & (picture_y >= -rules.margin) &
-                        (picture_y < lower_end);
-    batch.x[i] = inside ? picture_x : 0;
-    batch.y[i] = inside ? picture_y : 0;
-    batch.depth[i] = inside ? depth : 0;
+    // Nothing for what is not a number.
+    const std::uint32_t inside = mask_of(depth >= lens.near) & mask_of(picture_x >= least) &
+                                 mask_of(picture_x < right_end) & mask_of(picture_y >= least) &
+                                 mask_of(picture_y < lower_end);
+    batch.x[i] = masked(picture_x, inside);
+    batch.y[i] = masked(picture_y, inside);
+    batch.depth[i] = masked(depth, inside);
     batch.across[i] = across;
     batch.along[i] = along;
   }
@@ -46,7 +62,7 @@ float unpacked(std::uint32_t bits, int shift) {
 /// Light by the normals, and back faces left out.
 void shade(PointBatch& batch, const BatchRules& rules, const SlotColumns& columns,
            const glm::vec3& offset) {
-  const bool cull = rules.cull_back_faces;
+  const std::uint32_t cull = mask_of(rules.cull_back_faces);
   for (std::uint32_t i = 0; i < batch.count; ++i) {
     const float x = offset.x + columns.x[i];
     const float y = offset.y + columns.y[i];
@@ -58,8 +74,8 @@ void shade(PointBatch& batch, const BatchRules& rules, const SlotColumns& column
     const float squares = (nx * nx + ny * ny + nz * nz) * (x * x + y * y + z * z);
     const float cosine = std::abs(facing) / std::sqrt(squares);
     // Without a normal the cosine is not a number: then all of the light falls in.
-    batch.light[i] = shading::kAmbient + (1 - shading::kAmbient) * (cosine < 1 ? cosine : 1.0f);
-    batch.depth[i] = (cull & (facing > 0)) ? 0 : batch.depth[i];
+    batch.light[i] = shading::kAmbient + (1 - shading::kAmbient) * chosen(cosine < 1, cosine, 1);
+    batch.depth[i] = masked(batch.depth[i], ~(cull & mask_of(facing > 0)));
   }
 }
 
@@ -73,7 +89,7 @@ void turn_normals(PointBatch& batch, const Lens& lens, const std::uint32_t* norm
     const float z = unpacked(normal[i], 20);
     // Whole numbers: a length below 1 is 0.
     const float length = std::sqrt(x * x + y * y + z * z);
-    const float scale = 1 / (length > 1 ? length : 1.0f);
+    const float scale = 1 / chosen(length > 1, length, 1);
     batch.normal_x[i] = (right.x * x + right.y * y + right.z * z) * scale;
     batch.normal_y[i] = (up.x * x + up.y * y + up.z * z) * scale;
     batch.normal_z[i] = (forward.x * x + forward.y * y + forward.z * z) * scale;
@@ -82,7 +98,7 @@ void turn_normals(PointBatch& batch, const Lens& lens, const std::uint32_t* norm
 
 std::uint32_t lit(std::uint32_t color, int shift, float light) {
   const auto byte = static_cast<float>(static_cast<std::int32_t>(color >> shift & 0xff));
-  return static_cast<std::uint32_t>(static_cast<std::int32_t>(byte * light + 0.5f)) << shift;
+  return rounded(byte * light) << shift;
 }
 
 }  // namespace

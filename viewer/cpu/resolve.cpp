@@ -11,6 +11,7 @@
 
 #include "formats/error.h"
 #include "viewer/cpu/nearest_buffer.h"
+#include "viewer/cpu/rounding.h"
 #include "viewer/renderer.h"
 
 namespace cairn::viewer {
@@ -62,7 +63,7 @@ class LogDepths {
 void put(std::uint64_t word, float factor, std::uint8_t* rgb) {
   for (int channel = 0; channel < 3; ++channel) {
     const auto byte = static_cast<float>(word >> (8 * channel) & 0xff);
-    rgb[channel] = static_cast<std::uint8_t>(byte * factor + 0.5f);
+    rgb[channel] = static_cast<std::uint8_t>(rounded(byte * factor));
   }
 }
 

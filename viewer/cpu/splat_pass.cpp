@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "viewer/cpu/flat_pass.h"
 #include "viewer/cpu/nearest_buffer.h"
+#include "viewer/cpu/rounding.h"
 
 namespace cairn::viewer {
 namespace {
@@ -123,8 +123,7 @@ void add_splats(const Lens& lens, bool oriented, const PointBatch& batch, const 
       [&](std::uint32_t i, const Splat&, std::int64_t pixel, float depth, float weight) {
         if (pixel_word(depth, 0) > words[static_cast<std::size_t>(pixel)]) return;
         // Never 0: a covered pixel has a color.
-        const std::uint64_t steps =
-            std::max<std::uint64_t>(1, static_cast<std::uint32_t>(weight * kWeightSteps + 0.5f));
+        const std::uint64_t steps = std::max<std::uint64_t>(1, rounded(weight * kWeightSteps));
         const std::uint32_t color = batch.color[i];
         SplatSums& sum = sums[static_cast<std::size_t>(pixel)];
         add(sum[0], steps);

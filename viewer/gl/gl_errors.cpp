@@ -11,10 +11,14 @@ namespace cairn::viewer::gl {
 namespace {
 
 #ifdef NDEBUG
-constexpr bool kKeepMessages = false;
+constexpr bool kWithMessages = false;
 #else
-constexpr bool kKeepMessages = true;
+constexpr bool kWithMessages = true;
 #endif
+/// The version that messages are part of.
+constexpr int kMessageVersion = 43;
+
+bool keeps_messages() { return kWithMessages && epoxy_gl_version() >= kMessageVersion; }
 
 /// Keeps the first message since the last check.
 void keep_message(GLenum, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* message,
@@ -27,14 +31,14 @@ void keep_message(GLenum, GLenum type, GLuint, GLenum, GLsizei length, const GLc
 }  // namespace
 
 ErrorWatch::ErrorWatch() {
-  if (!kKeepMessages) return;
+  if (!keeps_messages()) return;
   glEnable(GL_DEBUG_OUTPUT);
   glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
   glDebugMessageCallback(keep_message, message_.get());
 }
 
 ErrorWatch::~ErrorWatch() {
-  if (kKeepMessages) glDebugMessageCallback(nullptr, nullptr);
+  if (keeps_messages()) glDebugMessageCallback(nullptr, nullptr);
 }
 
 void ErrorWatch::check(std::string_view doing) {

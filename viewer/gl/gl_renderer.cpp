@@ -80,6 +80,7 @@ void GlRenderer::upload(std::uint32_t slot, const PointColumns& points) {
 DrawStatistics GlRenderer::draw(const Frame& frame) {
   CAIRN_CHECK(has_columns(store_.size().columns, columns_of(frame.plan)));
   CAIRN_CHECK(!(frame.plan.deferred_blending && frame.plan.occlusion_queries));
+  items_.set(store_, frame.items);
   start(frame);
   if (frame.plan.primitive != Primitive::kSplats)
     draw_points(frame);
@@ -89,7 +90,7 @@ DrawStatistics GlRenderer::draw(const Frame& frame) {
     draw_blended(frame);
   if (frame.plan.eye_dome) shade_edges();
   finish();
-  const DrawStatistics statistics =
+  DrawStatistics statistics =
       frame.plan.occlusion_queries ? occlusion_.results(frame.items) : all_drawn(frame.items);
   errors_.check("drawing a frame");
   return statistics;
@@ -104,7 +105,6 @@ void GlRenderer::start(const Frame& frame) {
     throw;
   }
   uniforms_.set(frame.view, frame.plan.point_pixels);
-  items_.set(frame.items);
 
   uniforms_.bind();
   glEnable(GL_PROGRAM_POINT_SIZE);

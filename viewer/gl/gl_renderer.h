@@ -1,6 +1,8 @@
 // Draws frames with OpenGL 4.5 core.
+//
 // Points, discs and splats are all GL_POINTS: a round one is cut out of its square by the fragment
-// shader (shaders.h).
+// shader (shaders.h). Deferred blending is after Zhang and Pajarola, "Deferred blending: Image
+// composition for single-pass point rendering", 2007.
 #pragma once
 
 #include <memory>
@@ -51,8 +53,8 @@ class GlRenderer : public Renderer {
 
   /// Adds lines to the last frame, hidden by its points. Requires a frame drawn.
   void draw_boxes(std::span<const BoxLine> boxes);
-  /// Copies the last frame over a whole framebuffer of this size (0: the window's). Requires a
-  /// frame drawn.
+  /// Copies the last frame over a whole framebuffer of this size (0: the window's), which must not be
+  /// multisampled. Requires a frame drawn.
   void show(unsigned framebuffer, PictureSize size);
   /// Bytes of the targets that plans have called for so far, at the size of the last picture.
   std::uint64_t target_bytes() const { return targets_.bytes(); }

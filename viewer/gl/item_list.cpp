@@ -30,7 +30,10 @@ ItemList::ItemList(std::uint32_t capacity)
   gpu_commands_.reserve(capacity * kCommandWords);
 }
 
-void ItemList::set(std::span<const DrawItem> items) {
+void ItemList::set(const PointStore& store, std::span<const DrawItem> items) {
+  for (const DrawItem& item : items)
+    CAIRN_CHECK(item.slot < store.size().slots && item.first <= store.size().slot_points &&
+                item.count <= store.size().slot_points - item.first);
   frame_ = items;
   loaded_group_ = kNothing;
 }
@@ -41,8 +44,6 @@ void ItemList::load(const PointStore& store, std::size_t first, std::uint32_t gr
   gpu_commands_.clear();
   for (const DrawItem& item :
        frame_.subspan(first, std::min<std::size_t>(capacity_, frame_.size() - first))) {
-    CAIRN_CHECK(item.slot < store.size().slots && item.first <= store.size().slot_points &&
-                item.count <= store.size().slot_points - item.first);
     std::uint32_t from = store.first_vertex(item.slot) + item.first;
     std::uint32_t end = from + item.count;
     if (group != kAll) {
@@ -65,8 +66,10 @@ void ItemList::load(const PointStore& store, std::size_t first, std::uint32_t gr
 
 void ItemList::multi_draw(std::size_t place, std::size_t count) const {
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands_.name());
-  glMultiDrawArraysIndirect(GL_POINTS, reinterpret_cast<const void*>(place * kCommandBytes),
-                            static_cast<GLsizei>(count), 0);
+  // OpenGL takes an offset into the buffer as a pointer.
+  const auto* offset = reinterpret_cast<const void*>(  // NOLINT(performance-no-int-to-ptr)
+      place * kCommandBytes);
+  glMultiDrawArraysIndirect(GL_POINTS, offset, static_cast<GLsizei>(count), 0);
 }
 
 void ItemList::draw(const PointStore& store, std::size_t first, std::size_t count) {

@@ -25,8 +25,9 @@ class ItemList {
   /// Has room for `capacity` items at a time.
   explicit ItemList(std::uint32_t capacity);
 
-  /// Takes the items of a frame, which must stay until the next call.
-  void set(std::span<const DrawItem> items);
+  /// Takes the items of a frame, which must stay until the next call. Requires items within the
+  /// store's slots.
+  void set(const PointStore& store, std::span<const DrawItem> items);
   /// Draws all points of items [first, first + count) with the program and state that are set.
   void draw(const PointStore& store, std::size_t first, std::size_t count);
   /// The same for the points of one group.
