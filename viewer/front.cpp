@@ -36,10 +36,11 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
   SelectionLimits held = limits;
   held.nodes = std::min<std::uint64_t>(limits.nodes, slots_.slots());
   uploads_left_ = options_.uploads;
+  select_time_ = {};
   if (!slots_.holds(0)) load_root(frame);
   take_loaded(frame);
-  frame.selected = select(
-      tree_, view, held, [&](NodeIndex node) { return !damaged_.contains(node); }, hidden);
+  frame.selected = choose(
+      view, held, [&](NodeIndex node) { return !damaged_.contains(node); }, hidden);
 
   const std::vector<NodeIndex>& wanted = frame.selected.nodes;
   const bool held_before =
@@ -61,10 +62,19 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
   frame.drawn =
       frame.missing == 0
           ? frame.selected
-          : select(
-                tree_, view, held,
-                [&](NodeIndex node) { return slots_.holds(node) && in(wanted, node); }, hidden);
+          : choose(
+                view, held, [&](NodeIndex node) { return slots_.holds(node) && in(wanted, node); },
+                hidden);
+  frame.select_ms = select_time_.count();
   return frame;
+}
+
+Selection Front::choose(const View& view, const SelectionLimits& limits, const NodeTest& usable,
+                        const NodeTest& hidden) {
+  const auto start = std::chrono::steady_clock::now();
+  Selection selection = select(tree_, view, limits, usable, hidden);
+  select_time_ += std::chrono::steady_clock::now() - start;
+  return selection;
 }
 
 void Front::load_root(FrontFrame& frame) {
@@ -94,7 +104,7 @@ void Front::take_loaded(FrontFrame& frame) {
 }
 
 std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimits& limits,
-                                           const Selection& selected) const {
+                                           const Selection& selected) {
   SelectionLimits wider = limits;
   const double area = (1 + 2 * kPrefetchShare) * (1 + 2 * kPrefetchShare);
   if (limits.points != SelectionLimits::kUnlimited)

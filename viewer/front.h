@@ -6,6 +6,7 @@
 // drawn until then; none to new node: its nearest ancestor at hand is drawn. So only the root is ever waited for.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
@@ -56,11 +57,13 @@ class Front {
   std::uint64_t damaged() const { return damaged_.size(); }
 
  private:
+  Selection choose(const View& view, const SelectionLimits& limits, const NodeTest& usable,
+                   const NodeTest& hidden);
   void load_root(FrontFrame& frame);
   void take_loaded(FrontFrame& frame);
   /// The selected nodes and those that a small turn would select, or the former alone if there is no room for both.
   std::vector<NodeIndex> nodes_around(const View& view, const SelectionLimits& limits,
-                                      const Selection& selected) const;
+                                      const Selection& selected);
   void bring(std::span<const NodeIndex> nodes, std::vector<NodeIndex>& absent);
   bool put_into_slot(NodeIndex node, const NodePoints& points);
   bool at_hand(NodeIndex node) const { return slots_.holds(node) || cache_.contains(node); }
@@ -72,7 +75,8 @@ class Front {
   NodeSlots slots_;
   NodeCache cache_;
   std::unordered_set<NodeIndex> damaged_;
-  std::vector<NodeIndex> last_;  ///< nodes of the last selected cut
+  std::vector<NodeIndex> last_;                              ///< nodes of the last selected cut
+  std::chrono::duration<double, std::milli> select_time_{};  ///< of this frame
   std::uint32_t uploads_left_ = 0;
   NodeLoader loader_;  ///< the last member: its threads end before all else goes
 };

@@ -48,7 +48,6 @@ Scene::Scene(const LodTree& tree, const SceneFacts& facts, const NodeSource& sou
 
 FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, const Wishes& wishes,
                             bool queries) {
-  const Clock::time_point start = Clock::now();
   FrontFrame front = front_.advance(
       view, limits,
       queries ? [this](NodeIndex node) { return hidden_.contains(node); } : NodeTest{});
@@ -59,7 +58,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.plan = plan_frame(facts_, seen, wishes, queries);
   CAIRN_CHECK(columns_.holds(columns_of(frame.plan)));
   const Frame items = make_frame(view, frame.plan);
-  frame.select_ms = milliseconds_since(start);
+  frame.select_ms = front.select_ms;
 
   const Clock::time_point begin = Clock::now();
   const DrawStatistics drawn = renderer_.draw(items);
