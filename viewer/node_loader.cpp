@@ -1,7 +1,6 @@
 #include "viewer/node_loader.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 #include "formats/error.h"
@@ -28,8 +27,8 @@ void NodeLoader::request(std::span<const NodeIndex> nodes) {
       return under_way_.contains(node) ||
              std::ranges::find(done_, node, &LoadedNode::node) != done_.end();
     };
-    for (const NodeIndex node : nodes | std::views::reverse)
-      if (!known(node)) wishes_.push_back(node);
+    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
+      if (!known(*node)) wishes_.push_back(*node);
   }
   wake_.notify_all();
 }
