@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the program, turns scans into a dataset, proves it against them, and tells what it holds.
+# Builds the program, turns scans into a dataset, proves it against them, tells what it holds, and draws it.
 #
 #   scripts/demo.sh             four million points of a statue, simulated from seven stations
 #   scripts/demo.sh scan...     your own scans
@@ -41,7 +41,13 @@ run build/release/cairn verify "$dataset" --against "${sources[@]}"
 say "What it holds"
 run build/release/cairn info "$dataset"
 
+say "Draw it"
+camera=auto
+[[ -z ${sources[0]##*statue/campaign.toml} ]] && camera=-3.2,-5.6,3.4/0.1,0.2,2/0,0,1/45
+run build/release/cairn render "$dataset" -o demo/campaign.png --size 960x540 --camera="$camera" --force
+
 megabytes() { du --total --block-size=1M --apparent-size "$@" | tail -n 1 | cut -f 1; }
 say "Summary"
 echo "scans:   ${#scans[@]} files, $(megabytes "${scans[@]}") MiB"
 echo "dataset: $dataset, $(megabytes "$dataset") MiB, built in $built_s s, verified"
+echo "picture: demo/campaign.png; in a window: build/release/cairn view $dataset --camera=$camera"
