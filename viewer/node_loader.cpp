@@ -27,13 +27,8 @@ void NodeLoader::request(std::span<const NodeIndex> nodes) {
       return under_way_.contains(node) ||
              std::ranges::find(done_, node, &LoadedNode::node) != done_.end();
     };
-<<<<<<< HEAD
     for (std::size_t i = nodes.size(); i-- > 0;)
       if (!known(nodes[i])) wishes_.push_back(nodes[i]);
-=======
-    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
-      if (!known(*node)) wishes_.push_back(*node);
->>>>>>> err
   }
   wake_.notify_all();
 }

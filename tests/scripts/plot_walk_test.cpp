@@ -13,7 +13,8 @@ namespace {
 using ::testing::HasSubstr;
 
 const std::string kHeader =
-    "frame,time_s,points,nodes,loads,forced_loads,hits,missing,finest,pixel_bound,select_ms,draw_ms\n";
+    "frame,time_s,points,nodes,loads,forced_loads,hits,missing,finest,pixel_bound,select_ms,draw_"
+    "ms\n";
 
 class PlotWalk : public ::testing::Test {
  protected:
