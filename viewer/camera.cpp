@@ -90,6 +90,13 @@ bool View::may_see(const Box& box) const {
   return glm::dot(center, forward_) + glm::dot(box.half, glm::abs(forward_)) >= near_ - slack;
 }
 
+bool View::sees_all_of(const Box& box) const {
+  const glm::dvec3 center = box.center - eye();
+  for (const glm::dvec3& plane : side_planes_)
+    if (glm::dot(center, plane) < glm::dot(box.half, glm::abs(plane))) return false;
+  return nearest_depth(box) >= near_;
+}
+
 bool View::faces_away(const Box& box, const Cone& cone) const {
   if (cone.axis == glm::vec3(0) || cone.min_cosine <= 0) return false;
   const glm::dvec3 axis(cone.axis);

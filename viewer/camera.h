@@ -71,6 +71,8 @@ class View {
   double distance(const Box& box) const;
   /// Whether some of the box may fall into the picture; never false where some does.
   bool may_see(const Box& box) const;
+  /// Whether all of the box falls into the picture.
+  bool sees_all_of(const Box& box) const;
   /// Whether every point of the box with a normal of the cone turns its back to the eye.
   bool faces_away(const Box& box, const Cone& cone) const;
   /// A bound of how many pixels apart two points of the picture are whose originals are at most `length` apart, one of

@@ -76,6 +76,7 @@ DatasetSource::DatasetSource(const formats::DatasetReader& dataset, const LodTre
       sections_(sections_of(plan, dataset.header())),
       normal_(formats::normal_attribute(dataset.header().schema)),
       color_(formats::find_attribute(dataset.header().schema, attribute_of(plan.color))) {
+  if (color_ && dataset.header().schema[*color_].type == formats::ScalarType::kU8) color_bits_ = 8;
   const bool height = plan.color == ColorSource::kHeight;
   if (!height && !color_) return;
   const NodeData root = dataset.read_node(formats::NodeId{0}, sections_);

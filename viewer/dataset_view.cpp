@@ -12,7 +12,9 @@ namespace {
 FrontOptions front_options(const LodTree& tree, const FramePlan& plan, const CacheOptions& cache) {
   const std::uint64_t node_bytes = tree.node_points() * columns_of(plan).point_bytes();
   const std::uint64_t share = cache.beside_renderer ? cache.bytes / 2 : cache.bytes;
-  const std::uint64_t slots = std::min<std::uint64_t>(share / node_bytes, tree.size());
+  // Renderers number points by 31 bits.
+  const std::uint64_t most = std::min<std::uint64_t>(tree.size(), INT32_MAX / tree.node_points());
+  const std::uint64_t slots = std::min<std::uint64_t>(share / node_bytes, most);
   if (slots == 0)
     formats::throw_usage(
         fmt::format("a cache of {} bytes holds no node; one of this dataset takes {} bytes", share,
@@ -24,12 +26,18 @@ FrontOptions front_options(const LodTree& tree, const FramePlan& plan, const Cac
           .uploads = cache.uploads};
 }
 
+/// In a dataset whose children add to their parents, a block would have to stay drawn beside its child.
+void require_replacing(const formats::DatasetHeader& header) {
+  if (header.refinement != formats::Refinement::kReplace)
+    formats::throw_input({.what = "a dataset whose nodes add to their parents cannot be drawn"});
+}
+
 }  // namespace
 
 DatasetView::DatasetView(const formats::DatasetReader& dataset, const LodTree& tree,
                          const FramePlan& plan, const CacheOptions& cache,
                          const MakeRenderer& make_renderer)
-    : source_(dataset, tree, plan),
+    : source_((require_replacing(dataset.header()), dataset), tree, plan),
       front_(front_options(tree, plan, cache)),
       renderer_(make_renderer(
           {.columns = columns_of(plan), .slots = front_.slots, .slot_points = tree.node_points()})),

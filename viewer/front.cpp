@@ -98,6 +98,7 @@ void Front::take_loaded(FrontFrame& frame) {
     try {
       std::rethrow_exception(loaded.error);
     } catch (const formats::Error& error) {
+      if (error.kind() == formats::ErrorKind::kInvariant) throw;
       if (damaged_.insert(loaded.node).second) frame.damage.emplace_back(error.what());
     }
   }

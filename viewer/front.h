@@ -28,6 +28,7 @@ struct FrontOptions {
 
 /// One frame.
 struct FrontFrame {
+  double select_ms = 0;            ///< that choosing cuts took
   Selection selected;              ///< the cut that the limits ask for
   Selection drawn;                 ///< the cut to draw: `selected` as far as it is at hand
   std::uint64_t loads = 0;         ///< nodes that were read since the last frame

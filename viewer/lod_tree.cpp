@@ -34,10 +34,11 @@ LodNode lod_node(const formats::Grid& grid, const formats::NodeRecord& record) {
           .points = record.point_count};
 }
 
-/// The cone, around the axis of `own`, of all normals of two cones; one without an axis has no normals.
+/// The cone, around the axis of `own`, of all normals of two cones. One without an axis tells nothing, so that with it
+/// nothing is culled.
 Cone joined(const Cone& own, const Cone& other) {
-  if (other.axis == glm::vec3(0)) return own;
-  if (own.axis == glm::vec3(0)) return other;
+  if (own.axis == glm::vec3(0) || other.axis == glm::vec3(0))
+    return {.axis = own.axis, .min_cosine = -1};
   const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
   const double between =
       angle(glm::dot(glm::normalize(glm::dvec3(own.axis)), glm::normalize(glm::dvec3(other.axis))));
@@ -64,6 +65,12 @@ LodTree::LodTree(const formats::Tree& tree, const formats::Grid& grid,
     block_start_.insert(block_start_.end(), record.block_start.begin(), record.block_start.end());
     node_points_ = std::max(node_points_, record.point_count);
   }
+  const Box& scene = nodes_.front().box;
+  // Boxes relative to the eye are floats in a renderer.
+  if (!(glm::length(scene.half) < 1e30 && glm::length(scene.center) < 1e30))
+    formats::throw_input({.what = "a dataset too large to draw",
+                          .found = "coordinates beyond 1e30",
+                          .expected = "coordinates below 1e30"});
   // A record's cone is of the node's own points; those below it may lean farther.
   for (NodeIndex node = size(); node-- > 1;)
     nodes_[parent(node)].cone = joined(nodes_[parent(node)].cone, nodes_[node].cone);

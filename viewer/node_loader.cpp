@@ -59,7 +59,7 @@ void NodeLoader::work(const std::stop_token& stop) {
     const auto may_begin = [&] {
       return !wishes_.empty() && done_.size() + under_way_.size() < waiting_;
     };
-    if (!wake_.wait(lock, stop, may_begin)) return;
+    if (!wake_.wait(lock, stop, may_begin) || stop.stop_requested()) return;
     LoadedNode loaded{.node = wishes_.back(), .points = {}, .error = {}};
     wishes_.pop_back();
     under_way_.insert(loaded.node);

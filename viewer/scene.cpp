@@ -52,8 +52,8 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
       view, limits,
       queries ? [this](NodeIndex node) { return hidden_.contains(node); } : NodeTest{});
   drawn_ = std::move(front.drawn);
-  const ViewFacts seen{.splat_pixels = drawn_.splat_pixels,
-                       .depth_layers = depth_layers(tree_, view, drawn_)};
+  ViewFacts seen{.splat_pixels = drawn_.splat_pixels};
+  if (queries && !wishes.occlusion) seen.depth_layers = depth_layers(tree_, view, drawn_);
   FrameStatistics frame;
   frame.plan = plan_frame(facts_, seen, wishes, queries);
   CAIRN_CHECK(columns_.holds(columns_of(frame.plan)));
@@ -63,7 +63,8 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   const Clock::time_point begin = Clock::now();
   const DrawStatistics drawn = renderer_.draw(items);
   frame.draw_ms = milliseconds_since(begin);
-  note_seen(drawn.seen);
+  const bool revealed =
+      frame.plan.occlusion_queries ? note_seen(view, drawn.seen) : forget_hidden();
 
   frame.points = drawn.points;
   frame.unseen_points = drawn.unseen_points;
@@ -74,7 +75,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.forced_loads = front.forced_loads;
   frame.hits = front.hits;
   frame.missing = front.missing;
-  frame.unfinished = front.unfinished;
+  frame.unfinished = front.unfinished || revealed;
   frame.damaged = front_.damaged();
   frame.outside = drawn_.outside;
   frame.facing_away = drawn_.facing_away;
@@ -117,8 +118,9 @@ Frame Scene::make_frame(const View& view, const FramePlan& plan) const {
     else
       frame.items.push_back(item);
   }
-  const auto squared_distance = [](const DrawItem& item) {
-    return glm::dot(item.offset, item.offset);
+  const auto squared_distance = [&](const DrawItem& item) {
+    const glm::vec3& at = plan.occlusion_queries ? item.box_center : item.offset;
+    return glm::dot(at, at);
   };
   std::ranges::stable_sort(frame.items, {}, squared_distance);
   return frame;
@@ -156,29 +158,41 @@ std::uint32_t Scene::tint_of(const View& view, const FramePlan& plan, NodeIndex 
   }
 }
 
-void Scene::note_seen(const std::vector<RegionSeen>& seen) {
+bool Scene::forget_hidden() {
+  const bool some = !hidden_.empty();
+  hidden_.clear();
+  return some;
+}
+
+bool Scene::note_seen(const View& view, const std::vector<RegionSeen>& seen) {
+  bool revealed = false;
   for (const RegionSeen& region : seen) {
-    if (region.seen)
-      hidden_.erase(region.region);
+    // A region that reaches out of the picture may have no sample because its few points lie outside.
+    if (region.seen || !view.sees_all_of(tree_.node(region.region).box))
+      revealed = hidden_.erase(region.region) > 0 || revealed;
     else
       hidden_.insert(region.region);
   }
-  if (seen.empty()) return;
   // A node all of whose visible regions are hidden is hidden itself: it need not be refined. Children come first.
   for (std::size_t end = drawn_.front.size(), i = drawn_.nodes.size(); i-- > 1;) {
     const NodeIndex node = drawn_.nodes[i];
     bool all_hidden = true;
-    for (; end > 0 && drawn_.front[end - 1].node == node; --end)
+    bool any = false;
+    for (; end > 0 && drawn_.front[end - 1].node == node; --end) {
+      any = true;
       all_hidden =
           all_hidden && hidden_.contains(tree_.region_of(node, drawn_.front[end - 1].block));
+    }
     if (!tree_.is_leaf(node))
       for (std::uint32_t block = 0; block < tree_.fanout(); ++block) {
         const NodeIndex child = tree_.child(node, block);
-        if (std::ranges::binary_search(drawn_.nodes, child))
-          all_hidden = all_hidden && hidden_.contains(child);
+        if (!std::ranges::binary_search(drawn_.nodes, child)) continue;
+        any = true;
+        all_hidden = all_hidden && hidden_.contains(child);
       }
-    if (all_hidden) hidden_.insert(node);
+    if (any && all_hidden) hidden_.insert(node);
   }
+  return revealed;
 }
 
 }  // namespace cairn::viewer

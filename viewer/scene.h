@@ -62,7 +62,9 @@ class Scene {
   DrawItem make_item(const View& view, const FramePlan& plan, const FrontBlock& block) const;
   std::uint32_t tint_of(const View& view, const FramePlan& plan, NodeIndex node,
                         const Box& region) const;
-  void note_seen(const std::vector<RegionSeen>& seen);
+  /// Both tell whether a region that was hidden is no longer: then the next frame selects more.
+  bool note_seen(const View& view, const std::vector<RegionSeen>& seen);
+  bool forget_hidden();
 
   const LodTree& tree_;
   SceneFacts facts_;

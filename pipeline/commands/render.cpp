@@ -56,12 +56,14 @@ class RenderCommand : public DatasetCommand {
         ->check(CLI::IsMember({"cpu", "gl"}));
     parser_.add_option("--path", path_, "a camera path to play, a .toml file")
         ->option_text("WALK.toml");
-    parser_.add_flag(
-        "--wait", wait_,
-        "with --path: every frame waits for all its nodes, for pictures and measuring");
+    parser_
+        .add_flag("--wait", wait_,
+                  "with --path: every frame waits for all its nodes, for pictures and measuring")
+        ->needs("--path");
     parser_
         .add_option("--last-frame", last_frame_, "with --path: write the last frame as a picture")
-        ->option_text("FILE.png");
+        ->option_text("FILE.png")
+        ->needs("--path");
     parser_.add_option("--stats", stats_, "what was done, as text or as one JSON object [text]")
         ->option_text("text|json")
         ->check(CLI::IsMember({"text", "json"}));
@@ -73,6 +75,9 @@ class RenderCommand : public DatasetCommand {
 
   int run(const std::stop_token& stop) override {
     require_free_place(output_, force_);
+    if (!last_frame_.empty()) require_free_place(last_frame_, force_);
+    if (viewing_.wishes().deferred_blending && mode_ == "cpu")
+      formats::throw_usage("--deferred needs --mode gl");
     int code = 0;
     tbb::task_arena arena(static_cast<int>(threads_));
     arena.execute([&] { code = draw(stop); });
@@ -100,7 +105,7 @@ class RenderCommand : public DatasetCommand {
             plan,
             {.bytes = viewing_.cache_bytes(),
              .beside_renderer = gl,
-             .loader_threads = std::max(1U, threads_ / 2),
+             .loader_threads = std::clamp(threads_ / 2, 1U, 8U),
              .prefetch = prefetch},
             [gl](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
               if (gl) return std::make_unique<viewer::GlRenderer>(size);
