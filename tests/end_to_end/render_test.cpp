@@ -1,114 +1,22 @@
-// Pictures of a dataset without a window: what is drawn, what is told of it, what is refused, and
-// what is done about damage.
+// Pictures of a dataset without a window: what is drawn, and what is told of it.
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
-#include <set>
 #include <sstream>
 
-#include "tests/end_to_end/program_test.h"
-#include "tests/support/tiny_dataset.h"
-#include "tests/support/tiny_scans.h"
-#include "viewer/picture.h"
+#include "tests/end_to_end/render_fixture.h"
 
 namespace cairn::test {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 using Json = nlohmann::json;
-
-constexpr int kPoints = 5000;
-/// Two seconds around the scan of write_wavy_las at ten frames a second, both ends included.
-constexpr const char* kWalk =
-    "frames_per_second = 10\n[orbit]\ncenter = [500, 500, 0]\nradius = 1500\nseconds = 2\n"
-    "height = 800\n";
-constexpr std::size_t kWalkFrames = 21;
-
-/// A dataset without normals and colors: site.cairn.
-class Render : public ProgramTest {
- protected:
-  void SetUp() override {
-    const Outcome built =
-        build({write_wavy_las(folder_ / "a.las", kPoints), "--node-points", "300"});
-    ASSERT_EQ(built.exit_code, 0) << built.err;
-  }
-
-  std::string file(const std::string& name) const { return folder_ / name; }
-
-  std::vector<std::string> arguments(const std::string& to, const std::vector<std::string>& more) {
-    std::vector<std::string> all{"render", output(), "-o", file(to), "--stats", "json"};
-    if (std::ranges::find(more, "--size") == more.end())
-      all.insert(all.end(), {"--size", "320x200"});
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  }
-
-  /// What `cairn render` tells of a picture or walk that it draws without complaint.
-  Json render(const std::string& to, const std::vector<std::string>& more = {}) {
-    const Outcome outcome = cairn(arguments(to, more));
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "");
-    return Json::parse(outcome.out, nullptr, false);
-  }
-
-  viewer::Picture picture(const std::string& name) const { return viewer::read_png(file(name)); }
-
-  std::set<fs::path> entries() const {
-    std::set<fs::path> paths;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_.path()))
-      paths.insert(entry.path());
-    return paths;
-  }
-
-  /// One line that holds `text`, and no file that was not there before.
-  void expect_refused(const std::vector<std::string>& arguments, int exit_code,
-                      const std::string& text) {
-    SCOPED_TRACE(testing::PrintToString(arguments));
-    const std::set<fs::path> before = entries();
-    const Outcome outcome = cairn(arguments);
-    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    const auto lines = lines_of(outcome.err);
-    ASSERT_EQ(lines.size(), 1U) << outcome.err;
-    EXPECT_THAT(lines.front(), AllOf(StartsWith("cairn: error: "), HasSubstr(text)));
-    EXPECT_EQ(entries(), before);
-  }
-
-  /// Flips a bit in the middle of a file.
-  void damage(const fs::path& path) {
-    auto bytes = read_file(path);
-    bytes[bytes.size() / 2] ^= std::byte{1};
-    write_file(path, bytes);
-  }
-
-  /// Flips a bit in the positions of a node, which the index then tells otherwise.
-  void damage_positions(std::size_t node) {
-    const fs::path path = fs::path(output()) / "nodes.bin";
-    auto bytes = read_file(path);
-    const auto dataset = formats::DatasetReader::open(output());
-    bytes[dataset.nodes().at(node).sections[formats::kPositionSection].offset] ^= std::byte{1};
-    write_file(path, bytes);
-  }
-
-  std::size_t last_node() const {
-    return formats::DatasetReader::open(output()).nodes().size() - 1;
-  }
-};
 
 /// A dataset with normals and colors in place of the other.
 class RenderNormals : public Render {
  protected:
   void SetUp() override { write_tiny_dataset(output(), make_tiny_tree(tiny_header())); }
 };
-
-bool is_one_color(const viewer::Picture& picture) {
-  for (std::size_t i = 3; i < picture.rgb.size(); ++i)
-    if (picture.rgb[i] != picture.rgb[i - 3]) return false;
-  return true;
-}
 
 /// The share of pixels that differ by more than 8 levels of 255, as same_picture_test.cpp has it.
 double difference(const viewer::Picture& a, const viewer::Picture& b) {
@@ -274,86 +182,6 @@ TEST_F(Render, AWalkThatWaitsDrawsEachFrameAsAPictureOfItsOwn) {
   EXPECT_EQ(alone["points"].get<double>(), column(rows, "points").back());
   EXPECT_EQ(picture("last.png").size, picture("alone.png").size);
   EXPECT_LE(difference(picture("last.png"), picture("alone.png")), 0.001);
-}
-
-TEST_F(Render, RefusesWhatCannotBe) {
-  const struct {
-    std::vector<std::string> flags;
-    const char* text;
-  } cases[] = {
-      {{"--budget", "10"}, "below the"},
-      {{"--budget", "none"}, "--budget"},
-      {{"--lighting", "on"}, "lighting needs normals"},
-      {{"--back-faces", "on"}, "culling needs normals"},
-      {{"--color", "normal"}, "normal"},
-      {{"--color", "color"}, "color"},
-      {{"--camera", "1,2"}, "'1,2'"},
-      {{"--camera", "1,2,3/1,2,3"}, "camera"},
-      {{"--camera", "nan,2,3/1,2,3"}, "camera"},
-      {{"--size", "0x5"}, "'0x5'"},
-      {{"--size", "5x99999"}, "--size"},
-      {{"--size", "5"}, "--size"},
-      {{"--cache", "1KiB"}, "holds no node"},
-  };
-  for (const auto& c : cases) expect_refused(arguments("a.png", c.flags), 2, c.text);
-}
-
-TEST_F(Render, RefusesAPlaceThatCannotBeWritten) {
-  write_text(file("there.png"), "mine");
-  expect_refused(arguments("there.png", {}), 2, "exists");
-  EXPECT_EQ(read_file(file("there.png")).size(), 4U);
-  expect_refused(arguments("none/a.png", {}), 2, "none");
-  render("there.png", {"--force"});
-  EXPECT_FALSE(is_one_color(picture("there.png")));
-}
-
-TEST_F(Render, RefusesAPathThatIsNone) {
-  const std::string walk = file("walk.toml");
-  expect_refused(arguments("walk.csv", {"--path", walk}), 4, "walk.toml");
-  write_text(walk, "frames_per_second = \n");
-  expect_refused(arguments("walk.csv", {"--path", walk}), 2, "walk.toml, line 1");
-  write_text(walk, "frames_per_second = 10\n");
-  expect_refused(arguments("walk.csv", {"--path", walk}), 2, "walk.toml");
-}
-
-TEST_F(Render, RefusesWhatIsNoDataset) {
-  expect_refused({"render", file("none.cairn"), "-o", file("a.png")}, 4, "none.cairn");
-}
-
-TEST_F(Render, ADamagedIndexIsRefused) {
-  damage(fs::path(output()) / "index.bin");
-  expect_refused(arguments("a.png", {}), 3, "index.bin");
-}
-
-TEST_F(Render, ADamagedLeafIsToldOnceAndStoodInFor) {
-  const std::size_t leaf = last_node();
-  damage_positions(leaf);
-  const Outcome outcome = cairn(arguments("a.png", {}));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  const auto lines = lines_of(outcome.err);
-  ASSERT_EQ(lines.size(), 1U) << outcome.err;
-  EXPECT_THAT(lines[0], AllOf(StartsWith("cairn: warning: "), HasSubstr("nodes.bin"),
-                              HasSubstr("node " + std::to_string(leaf))));
-  const Json told = Json::parse(outcome.out, nullptr, false);
-  EXPECT_EQ(told["damaged"], 1);
-  EXPECT_LT(told["points"], kPoints);
-  EXPECT_GT(told["points"], kPoints / 2);
-  EXPECT_FALSE(is_one_color(picture("a.png")));
-}
-
-TEST_F(Render, AWalkTellsADamagedLeafOnce) {
-  damage_positions(last_node());
-  write_text(file("walk.toml"), kWalk);
-  const Outcome outcome = cairn(arguments("walk.csv", {"--path", file("walk.toml"), "--wait"}));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
-  EXPECT_EQ(Json::parse(outcome.out, nullptr, false)["damaged"], 1);
-}
-
-TEST_F(Render, ADamagedRootIsRefused) {
-  damage_positions(0);
-  for (const char* color : {"height", "plain"})
-    expect_refused(arguments("a.png", {"--color", color}), 3, "nodes.bin");
 }
 
 }  // namespace
