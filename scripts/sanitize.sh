@@ -67,8 +67,9 @@ for sanitizer in "$@"; do
     tsan)
       build_tsan_onetbb
       make_quiet_symbolizer "$symbolizer"
-      # Mesa draws with threads of its own, which the sanitizer does not see synchronise: no test that uses OpenGL.
-      run tsan short --tests-regex '^(stages|end_to_end|viewer)/' --exclude-regex '/(View|Gl|RenderGl|Headless|SamePicture)'
+      # Mesa draws with threads of its own, which the sanitizer does not see synchronise: no test of OpenGL.
+      run tsan short --tests-regex '^(stages|end_to_end|viewer)/' \
+        --exclude-regex '/(View\.|Gl|Headless|All/SamePicture|.*OpenGl)'
       ;;
     fuzz) run fuzz long --tests-regex '^fuzz/' ;;
     *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
