@@ -70,8 +70,9 @@ TEST_F(Usage, AnUnknownFlagPointsToTheHelp) {
 
 TEST_F(Usage, AnUnknownCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_THAT(cairn({"bild"}).err, HasSubstr("unknown command 'bild'; did you mean 'build'?"));
-  EXPECT_THAT(cairn({"transmogrify"}).err,
-              HasSubstr("commands are build, info, verify, report, export, simulate"));
+  EXPECT_THAT(
+      cairn({"transmogrify"}).err,
+      HasSubstr("commands are build, info, verify, report, export, render, view, simulate"));
 }
 
 TEST_F(Usage, HelpTellsWhatIsAllowed) {
