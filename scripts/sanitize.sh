@@ -60,16 +60,20 @@ scripts/setup.sh checks
 export UBSAN_OPTIONS=print_stacktrace=1
 symbolizer=$PWD/build/tsan-onetbb/llvm-symbolizer  # this name is how the sanitizer knows its kind
 export TSAN_OPTIONS="suppressions=$PWD/scripts/tsan.supp:external_symbolizer_path=$symbolizer"
+opengl='/(View\.|Gl|Headless|All/SamePicture|.*OpenGl)'  # tests that draw with it
 [[ $# -gt 0 ]] || set -- asan tsan
 for sanitizer in "$@"; do
   case $sanitizer in
-    asan) run asan short ;;
+    asan)
+      run asan short --exclude-regex "$opengl"
+      # The leak sanitizer now and then crashes over the threads that Mesa leaves running.
+      ASAN_OPTIONS=detect_leaks=0 run asan short --tests-regex "$opengl"
+      ;;
     tsan)
       build_tsan_onetbb
       make_quiet_symbolizer "$symbolizer"
-      # Mesa draws with threads of its own, which the sanitizer does not see synchronise: no test of OpenGL.
-      run tsan short --tests-regex '^(stages|end_to_end|viewer)/' \
-        --exclude-regex '/(View\.|Gl|Headless|All/SamePicture|.*OpenGl)'
+      # Nor does the thread sanitizer see how Mesa's threads synchronise: no test of OpenGL.
+      run tsan short --tests-regex '^(stages|end_to_end)/' --exclude-regex "$opengl|/Render|PixelError"
       ;;
     fuzz) run fuzz long --tests-regex '^fuzz/' ;;
     *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
