@@ -1,6 +1,5 @@
 // `cairn render`: pictures of a dataset without a window.
 #include <fmt/format.h>
-#include <tbb/task_arena.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -79,8 +78,7 @@ class RenderCommand : public DatasetCommand {
     if (viewing_.wishes().deferred_blending && mode_ == "cpu")
       formats::throw_usage("--deferred needs --mode gl");
     int code = 0;
-    tbb::task_arena arena(static_cast<int>(threads_));
-    arena.execute([&] { code = draw(stop); });
+    stages::run_in_arena(threads_, [&] { code = draw(stop); });
     return code;
   }
 
