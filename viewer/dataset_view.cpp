@@ -27,9 +27,10 @@ FrontOptions front_options(const LodTree& tree, const FramePlan& plan, const Cac
 }
 
 /// In a dataset whose children add to their parents, a block would have to stay drawn beside its child.
-void require_replacing(const formats::DatasetHeader& header) {
-  if (header.refinement != formats::Refinement::kReplace)
+const formats::DatasetReader& replacing(const formats::DatasetReader& dataset) {
+  if (dataset.header().refinement != formats::Refinement::kReplace)
     formats::throw_input({.what = "a dataset whose nodes add to their parents cannot be drawn"});
+  return dataset;
 }
 
 }  // namespace
@@ -37,7 +38,7 @@ void require_replacing(const formats::DatasetHeader& header) {
 DatasetView::DatasetView(const formats::DatasetReader& dataset, const LodTree& tree,
                          const FramePlan& plan, const CacheOptions& cache,
                          const MakeRenderer& make_renderer)
-    : source_((require_replacing(dataset.header()), dataset), tree, plan),
+    : source_(replacing(dataset), tree, plan),
       front_(front_options(tree, plan, cache)),
       renderer_(make_renderer(
           {.columns = columns_of(plan), .slots = front_.slots, .slot_points = tree.node_points()})),

@@ -41,21 +41,6 @@ std::optional<T> named_in(const Table& table, std::string_view name) {
   return std::nullopt;
 }
 
-bool has(const SceneFacts& scene, ColorSource source) {
-  switch (source) {
-    case ColorSource::kColor:
-      return scene.color;
-    case ColorSource::kIntensity:
-      return scene.intensity;
-    case ColorSource::kClassification:
-      return scene.classification;
-    case ColorSource::kNormal:
-      return scene.normals;
-    default:
-      return true;
-  }
-}
-
 void require(bool there, std::string_view wish, std::string_view lacking) {
   if (!there)
     formats::throw_usage(std::string(wish) + " needs " + std::string(lacking) +
@@ -66,7 +51,7 @@ void require(bool there, std::string_view wish, std::string_view lacking) {
 ColorSource choose_color(const SceneFacts& scene, const Wishes& wishes) {
   if (wishes.color) {
     const std::string_view name = name_of(*wishes.color);
-    require(has(scene, *wishes.color), "coloring by " + std::string(name), name);
+    require(offers(scene, *wishes.color), "coloring by " + std::string(name), name);
     return *wishes.color;
   }
   if (scene.color) return ColorSource::kColor;
@@ -91,6 +76,21 @@ std::string_view attribute_of(ColorSource source) {
       return formats::attribute_name::kClassification;
     default:
       return {};
+  }
+}
+
+bool offers(const SceneFacts& scene, ColorSource source) {
+  switch (source) {
+    case ColorSource::kColor:
+      return scene.color;
+    case ColorSource::kIntensity:
+      return scene.intensity;
+    case ColorSource::kClassification:
+      return scene.classification;
+    case ColorSource::kNormal:
+      return scene.normals;
+    default:
+      return true;
   }
 }
 

@@ -54,6 +54,8 @@ struct SceneFacts {
   bool classification = false;
 };
 SceneFacts facts_of(const formats::DatasetHeader& header);
+/// Whether a dataset can be colored so.
+bool offers(const SceneFacts& scene, ColorSource source);
 
 /// What a view asks for.
 struct ViewFacts {

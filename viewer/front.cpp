@@ -110,8 +110,8 @@ std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimi
   const double area = (1 + 2 * kPrefetchShare) * (1 + 2 * kPrefetchShare);
   if (limits.points != SelectionLimits::kUnlimited)
     wider.points = static_cast<std::uint64_t>(static_cast<double>(limits.points) * area);
-  const Selection around = select(tree_, view.widened(kPrefetchShare), wider,
-                                  [&](NodeIndex node) { return !damaged_.contains(node); });
+  const Selection around = choose(view.widened(kPrefetchShare), wider,
+                                  [&](NodeIndex node) { return !damaged_.contains(node); }, {});
   std::vector<NodeIndex> nodes;
   std::ranges::set_union(selected.nodes, around.nodes, std::back_inserter(nodes));
   return nodes.size() <= slots_.slots() ? nodes : selected.nodes;

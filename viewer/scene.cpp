@@ -190,7 +190,7 @@ bool Scene::note_seen(const View& view, const std::vector<RegionSeen>& seen) {
         any = true;
         all_hidden = all_hidden && hidden_.contains(child);
       }
-    if (any && all_hidden) hidden_.insert(node);
+    if (any && all_hidden && view.sees_all_of(tree_.node(node).box)) hidden_.insert(node);
   }
   return revealed;
 }

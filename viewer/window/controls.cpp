@@ -16,21 +16,6 @@ constexpr ColorSource kSources[] = {ColorSource::kColor,          ColorSource::k
                                     ColorSource::kHeight,         ColorSource::kPlain,
                                     ColorSource::kLevel,          ColorSource::kError};
 
-bool offers(const SceneFacts& scene, ColorSource source) {
-  switch (source) {
-    case ColorSource::kColor:
-      return scene.color;
-    case ColorSource::kIntensity:
-      return scene.intensity;
-    case ColorSource::kClassification:
-      return scene.classification;
-    case ColorSource::kNormal:
-      return scene.normals;
-    default:
-      return true;
-  }
-}
-
 void draw_detail(ViewState& state, const PanelFacts& facts) {
   const BudgetRange& range = facts.budgets;
   std::uint64_t points = std::clamp(state.limits.points, range.least, range.most);
