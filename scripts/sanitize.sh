@@ -73,7 +73,7 @@ for sanitizer in "$@"; do
       build_tsan_onetbb
       make_quiet_symbolizer "$symbolizer"
       # Nor does the thread sanitizer see how Mesa's threads synchronise: no test of OpenGL.
-      run tsan short --tests-regex '^(stages|end_to_end)/' --exclude-regex "$opengl|/Render|PixelError"
+      run tsan short --tests-regex '^(stages|viewer|end_to_end)/' --exclude-regex "$opengl"
       ;;
     fuzz) run fuzz long --tests-regex '^fuzz/' ;;
     *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;

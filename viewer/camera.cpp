@@ -81,10 +81,10 @@ double View::distance(const Box& box) const {
   return glm::length(beyond);
 }
 
-bool View::may_see(const Box& box) const {
+bool View::may_see(const Box& box, double reach) const {
   const glm::dvec3 center = box.center - eye();
   // Rounding must not hide a box that touches a plane.
-  const double slack = 1e-12 * (glm::length(center) + glm::length(box.half));
+  const double slack = reach + 1e-12 * (glm::length(center) + glm::length(box.half));
   for (const glm::dvec3& plane : side_planes_)
     if (glm::dot(center, plane) + glm::dot(box.half, glm::abs(plane)) < -slack) return false;
   return glm::dot(center, forward_) + glm::dot(box.half, glm::abs(forward_)) >= near_ - slack;

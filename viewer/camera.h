@@ -27,7 +27,9 @@ std::string fault_of(const Camera& camera);
 Camera parse_camera(std::string_view text);
 
 struct PictureSize {
-  std::uint32_t width = 1280;  ///< pixels, 1 to 16384
+  static constexpr std::uint32_t kMaxSide = 16384;
+
+  std::uint32_t width = 1280;  ///< pixels, 1 to kMaxSide
   std::uint32_t height = 720;
 
   friend bool operator==(const PictureSize&, const PictureSize&) = default;
@@ -69,8 +71,9 @@ class View {
   double nearest_depth(const Box& box) const;
   /// Straight distance from the eye to the box's nearest point; 0 inside.
   double distance(const Box& box) const;
-  /// Whether some of the box may fall into the picture; never false where some does.
-  bool may_see(const Box& box) const;
+  /// Whether some of the box, or of what lies within `reach` of it, may fall into the picture; never false where some
+  /// does.
+  bool may_see(const Box& box, double reach = 0) const;
   /// Whether all of the box falls into the picture.
   bool sees_all_of(const Box& box) const;
   /// Whether every point of the box with a normal of the cone turns its back to the eye.

@@ -11,7 +11,8 @@
 namespace cairn::viewer {
 
 struct CacheOptions {
-  std::uint64_t bytes = std::uint64_t{1} << 30;  ///< of all nodes that are kept
+  std::uint64_t bytes = std::uint64_t{1}
+                        << 30;  ///< of all nodes that are held, those under way too
   /// The renderer's slots lie in a memory of their own: half of the bytes is for decoded nodes beside them.
   bool beside_renderer = false;
   unsigned loader_threads = 1;
@@ -19,11 +20,14 @@ struct CacheOptions {
   std::uint32_t uploads = UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most
 };
 
+/// Nodes that the renderer of a view has room for. Throws Error (kUsage) if the cache is too small.
+std::uint32_t slots_of(const LodTree& tree, const FramePlan& plan, const CacheOptions& cache);
+
 class DatasetView {
  public:
   using MakeRenderer = std::function<std::unique_ptr<Renderer>(const RendererSize& size)>;
 
-  /// `dataset` and `tree` must outlive the view. Throws Error (kUsage) if the cache holds no node.
+  /// `dataset` and `tree` must outlive the view. Throws Error (kUsage) if the cache is too small.
   DatasetView(const formats::DatasetReader& dataset, const LodTree& tree, const FramePlan& plan,
               const CacheOptions& cache, const MakeRenderer& make_renderer);
 

@@ -66,6 +66,12 @@ Primitive choose_primitive(const SceneFacts& scene, const ViewFacts& view, const
 
 }  // namespace
 
+std::vector<ColorSource> color_sources() {
+  std::vector<ColorSource> sources;
+  for (const auto& [source, name] : kColorSources) sources.push_back(source);
+  return sources;
+}
+
 std::string_view attribute_of(ColorSource source) {
   switch (source) {
     case ColorSource::kColor:

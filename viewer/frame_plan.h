@@ -30,6 +30,8 @@ enum class ColorSource {
   kError,  ///< of the node: its bound on the screen
 };
 
+/// All of them, the most telling first.
+std::vector<ColorSource> color_sources();
 /// The attribute that a source of color is read from; empty for what needs none.
 std::string_view attribute_of(ColorSource source);
 

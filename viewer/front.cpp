@@ -12,14 +12,18 @@ namespace {
 /// How far beyond each edge of the picture nodes are read ahead, as a share of its size.
 constexpr double kPrefetchShare = 0.15;
 
-/// What the loader may have ready for one frame; the cache has room for that at least.
-std::size_t waiting_nodes(const FrontOptions& options) { return options.loader_threads + 2; }
+/// What the loader may have ready for one frame.
+std::size_t waiting_nodes(unsigned loader_threads) { return loader_threads + 2; }
 
 bool in(const std::vector<NodeIndex>& sorted, NodeIndex node) {
   return std::ranges::binary_search(sorted, node);
 }
 
 }  // namespace
+
+std::size_t Front::nodes_under_way(unsigned loader_threads) {
+  return 3 * waiting_nodes(loader_threads);  // with the loader, taken from it, and in the cache
+}
 
 Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& options,
              Upload upload)
@@ -28,8 +32,10 @@ Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& 
       options_(options),
       upload_(std::move(upload)),
       slots_(options.slots, tree.fanout()),
-      cache_(std::max(options.cached_nodes, waiting_nodes(options))),
-      loader_(source, options.loader_threads, waiting_nodes(options)) {}
+      cache_(options.cached_nodes + waiting_nodes(options.loader_threads)),
+      loader_(source, options.loader_threads, waiting_nodes(options.loader_threads)) {
+  CAIRN_CHECK(options.uploads >= 1);
+}
 
 FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const NodeTest& hidden) {
   FrontFrame frame;

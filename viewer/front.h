@@ -20,10 +20,11 @@ namespace cairn::viewer {
 
 struct FrontOptions {
   std::uint32_t slots = 1;       ///< nodes that the renderer has room for
-  std::size_t cached_nodes = 1;  ///< decoded nodes in memory beside them
+  std::size_t cached_nodes = 0;  ///< decoded nodes in memory beside them and beside those under way
   unsigned loader_threads = 1;
-  bool prefetch = false;               ///< read what lies a little outside of the picture
-  std::uint32_t uploads = UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most
+  bool prefetch = false;  ///< read what lies a little outside of the picture
+  std::uint32_t uploads =
+      UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most, 1 or more
 };
 
 /// One frame.
@@ -45,6 +46,9 @@ class Front {
   /// Puts a node's points into a slot of the renderer.
   using Upload = std::function<void(std::uint32_t slot, const PointColumns& points)>;
 
+  /// Decoded nodes that are in memory at most while they are on their way from the disk to a slot.
+  static std::size_t nodes_under_way(unsigned loader_threads);
+
   /// `tree` and `source` must outlive the front.
   Front(const LodTree& tree, const NodeSource& source, const FrontOptions& options, Upload upload);
 
@@ -56,6 +60,8 @@ class Front {
   /// Waits until something has been read, or nothing is to be.
   void wait() { loader_.wait(); }
   std::uint64_t damaged() const { return damaged_.size(); }
+  /// From the next frame on.
+  void set_prefetch(bool prefetch) { options_.prefetch = prefetch; }
 
  private:
   Selection choose(const View& view, const SelectionLimits& limits, const NodeTest& usable,

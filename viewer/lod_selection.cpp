@@ -68,7 +68,7 @@ class Selector {
 
   Sight sight_of(NodeIndex region) const {
     const LodNode& node = tree_.node(region);
-    if (!view_.may_see(node.box)) return Sight::kOutside;
+    if (!view_.may_see(node.box, node.reach)) return Sight::kOutside;
     if (limits_.cull_back_faces && view_.faces_away(node.box, node.cone)) return Sight::kFacingAway;
     return hidden_ && hidden_(region) ? Sight::kHidden : Sight::kSeen;
   }

@@ -58,9 +58,9 @@ using NodeTest = std::function<bool(NodeIndex)>;
 
 /// Refines from the root on, the block of greatest priority first, until the budget has no room for the next.
 /// `usable`: nodes that may be drawn or refined to; empty: all. The root must be. `hidden`: regions that are not
-/// refined because others hide them; empty: none. Ensures points <= limits.points where the root's visible blocks fit in,
-/// and that as long as a visible block could be refined, points > limits.points - node_points(). Requires
-/// limits.points >= the root's points (kUsage otherwise).
+/// refined because others hide them; empty: none. Ensures points <= limits.points, and points > limits.points -
+/// node_points() unless nothing is left to refine: all blocks are leaves, hidden, not usable, exact enough, or limits.nodes
+/// are in use. Requires limits.points >= the root's points (kUsage otherwise).
 Selection select(const LodTree& tree, const View& view, const SelectionLimits& limits,
                  const NodeTest& usable = {}, const NodeTest& hidden = {});
 

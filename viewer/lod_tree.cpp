@@ -31,6 +31,7 @@ LodNode lod_node(const formats::Grid& grid, const formats::NodeRecord& record) {
           .cone = {.axis = {axis[0], axis[1], axis[2]}, .min_cosine = record.cone.min_cosine},
           .bound = record.bound,
           .radius_max = record.radius_max,
+          .reach = record.radius_max,
           .points = record.point_count};
 }
 
@@ -71,9 +72,15 @@ LodTree::LodTree(const formats::Tree& tree, const formats::Grid& grid,
     formats::throw_input({.what = "a dataset too large to draw",
                           .found = "coordinates beyond 1e30",
                           .expected = "coordinates below 1e30"});
-  // A record's cone is of the node's own points; those below it may lean farther.
-  for (NodeIndex node = size(); node-- > 1;)
-    nodes_[parent(node)].cone = joined(nodes_[parent(node)].cone, nodes_[node].cone);
+  // A record's cone and radius are of the node's own points; those below it may lean and reach farther.
+  for (NodeIndex node = size(); node-- > 1;) {
+    LodNode& above = nodes_[parent(node)];
+    above.cone = joined(above.cone, nodes_[node].cone);
+    above.reach = std::max(above.reach, nodes_[node].reach);
+  }
+  // And a region is drawn by its parent's block, too.
+  for (NodeIndex node = 1; node < size(); ++node)
+    nodes_[node].reach = std::max(nodes_[node].reach, nodes_[parent(node)].radius_max);
 }
 
 }  // namespace cairn::viewer

@@ -20,6 +20,8 @@ struct LodNode {
   double bound =
       0;  ///< world units: no input point is farther from the point that stands for it here
   float radius_max = 0;  ///< world units: the largest splat radius
+  /// World units: the largest splat radius of all that may be drawn for the region, which so reaches out of the box.
+  float reach = 0;
   std::uint32_t points = 0;
 };
 

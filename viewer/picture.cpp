@@ -15,7 +15,7 @@
 namespace cairn::viewer {
 namespace {
 
-constexpr std::uint32_t kMaxSide = 16384;
+constexpr std::uint32_t kMaxSide = PictureSize::kMaxSide;
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{4} * kMaxSide * kMaxSide;
 /// Deflate makes nothing shorter than by this factor: a file that promises more is not worth the memory.
 constexpr std::uint64_t kMaxCompression = 1032;

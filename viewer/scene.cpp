@@ -52,8 +52,10 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
       view, limits,
       queries ? [this](NodeIndex node) { return hidden_.contains(node); } : NodeTest{});
   drawn_ = std::move(front.drawn);
+  note_view(view);
   ViewFacts seen{.splat_pixels = drawn_.splat_pixels};
-  if (queries && !wishes.occlusion) seen.depth_layers = depth_layers(tree_, view, drawn_);
+  if (queries && !wishes.occlusion)
+    seen.depth_layers = depth_layers_ = std::max(depth_layers_, depth_layers(tree_, view, drawn_));
   FrameStatistics frame;
   frame.plan = plan_frame(facts_, seen, wishes, queries);
   CAIRN_CHECK(columns_.holds(columns_of(frame.plan)));
@@ -87,13 +89,13 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
 }
 
 FrameStatistics Scene::draw_settled(const View& view, const SelectionLimits& limits,
-                                    const Wishes& wishes) {
+                                    const Wishes& wishes, const std::stop_token& stop) {
   FrontFrame loading = front_.advance(view, limits);
   std::vector<std::string> damage = std::move(loading.damage);
   std::uint64_t loads = loading.loads;
   std::uint64_t forced_loads = loading.forced_loads;
   std::uint64_t hits = loading.hits;
-  while (loading.missing > 0) {
+  while (loading.missing > 0 && !stop.stop_requested()) {
     front_.wait();
     loading = front_.advance(view, limits);
     std::ranges::move(loading.damage, std::back_inserter(damage));
@@ -164,14 +166,26 @@ bool Scene::forget_hidden() {
   return some;
 }
 
+void Scene::note_view(const View& view) {
+  if (view_ && view_->camera() == view.camera() && view_->size() == view.size()) return;
+  view_ = view;
+  revealed_.clear();
+  depth_layers_ = 0;
+}
+
 bool Scene::note_seen(const View& view, const std::vector<RegionSeen>& seen) {
   bool revealed = false;
-  for (const RegionSeen& region : seen) {
+  const auto hide = [&](NodeIndex region) {
+    if (!revealed_.contains(region)) hidden_.insert(region);
+  };
+  for (const auto& [region, is_seen] : seen) {
     // A region that reaches out of the picture may have no sample because its few points lie outside.
-    if (region.seen || !view.sees_all_of(tree_.node(region.region).box))
-      revealed = hidden_.erase(region.region) > 0 || revealed;
-    else
-      hidden_.insert(region.region);
+    if (!is_seen && view.sees_all_of(tree_.node(region).box)) {
+      hide(region);
+    } else if (hidden_.erase(region) > 0) {
+      revealed_.insert(region);
+      revealed = true;
+    }
   }
   // A node all of whose visible regions are hidden is hidden itself: it need not be refined. Children come first.
   for (std::size_t end = drawn_.front.size(), i = drawn_.nodes.size(); i-- > 1;) {
@@ -190,7 +204,7 @@ bool Scene::note_seen(const View& view, const std::vector<RegionSeen>& seen) {
         any = true;
         all_hidden = all_hidden && hidden_.contains(child);
       }
-    if (any && all_hidden && view.sees_all_of(tree_.node(node).box)) hidden_.insert(node);
+    if (any && all_hidden && view.sees_all_of(tree_.node(node).box)) hide(node);
   }
   return revealed;
 }

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <unordered_set>
 #include <vector>
@@ -51,9 +53,11 @@ class Scene {
   FrameStatistics draw(const View& view, const SelectionLimits& limits, const Wishes& wishes,
                        bool queries);
   /// Reads all that the selected cut needs, then draws it, without occlusion queries, which a single frame gains nothing
-  /// from. Loads and hits are those of the reading.
+  /// from. Loads and hits are those of the reading. After a stop request what has been read is drawn.
   FrameStatistics draw_settled(const View& view, const SelectionLimits& limits,
-                               const Wishes& wishes);
+                               const Wishes& wishes, const std::stop_token& stop = {});
+  /// Whether what lies a little outside of the picture is read ahead, from the next frame on.
+  void set_prefetch(bool prefetch) { front_.set_prefetch(prefetch); }
   /// The cut that was drawn last.
   const Selection& drawn() const { return drawn_; }
 
@@ -64,6 +68,7 @@ class Scene {
                         const Box& region) const;
   /// Both tell whether a region that was hidden is no longer: then the next frame selects more.
   bool note_seen(const View& view, const std::vector<RegionSeen>& seen);
+  void note_view(const View& view);
   bool forget_hidden();
 
   const LodTree& tree_;
@@ -72,8 +77,13 @@ class Scene {
   ColumnSet columns_;
   Front front_;
   Selection drawn_;
-  std::unordered_set<NodeIndex>
-      hidden_;  ///< regions that others hid when they were last drawn or probed
+  std::optional<View> view_;  ///< of the last frame
+  /// Regions that others hid when they were last drawn or probed.
+  std::unordered_set<NodeIndex> hidden_;
+  /// Regions that were hidden and turned out to be seen since the view last changed: they stay so until it changes. The
+  /// large splats of a coarse block may be seen where the finer ones are not, and the picture has to come to rest.
+  std::unordered_set<NodeIndex> revealed_;
+  double depth_layers_ = 0;  ///< the most since the view last changed, for the same reason
 };
 
 }  // namespace cairn::viewer

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -75,6 +76,9 @@ class RenderCommand : public DatasetCommand {
   int run(const std::stop_token& stop) override {
     require_free_place(output_, force_);
     if (!last_frame_.empty()) require_free_place(last_frame_, force_);
+    if (std::filesystem::path(last_frame_).lexically_normal() ==
+        std::filesystem::path(output_).lexically_normal())
+      formats::throw_usage("--last-frame and -o name the same file");
     if (viewing_.wishes().deferred_blending && mode_ == "cpu")
       formats::throw_usage("--deferred needs --mode gl");
     int code = 0;
@@ -87,24 +91,25 @@ class RenderCommand : public DatasetCommand {
     const auto dataset = formats::DatasetReader::open(dataset_);
     const viewer::LodTree tree(dataset.tree(), dataset.header().grid, dataset.nodes());
     if (!path_.empty()) return draw_walk(dataset, tree, stop);
-    return draw_picture(dataset, tree);
+    return draw_picture(dataset, tree, stop);
   }
 
   viewer::View view_of(const viewer::LodTree& tree, const viewer::Camera& camera) const {
     return {camera, viewing_.size(), viewer::near_plane(tree.node(0).box)};
   }
 
+  viewer::CacheOptions cache(bool prefetch) const {
+    return {.bytes = viewing_.cache_bytes(),
+            .beside_renderer = mode_ == "gl",
+            .loader_threads = std::clamp(threads_ / 2, 1U, 8U),
+            .prefetch = prefetch};
+  }
+
   viewer::DatasetView open(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
                            const viewer::FramePlan& plan, bool prefetch) {
     const bool gl = mode_ == "gl";
     if (gl) context_ = std::make_unique<viewer::HeadlessContext>();
-    return {dataset,
-            tree,
-            plan,
-            {.bytes = viewing_.cache_bytes(),
-             .beside_renderer = gl,
-             .loader_threads = std::clamp(threads_ / 2, 1U, 8U),
-             .prefetch = prefetch},
+    return {dataset, tree, plan, cache(prefetch),
             [gl](const viewer::RendererSize& size) -> std::unique_ptr<viewer::Renderer> {
               if (gl) return std::make_unique<viewer::GlRenderer>(size);
               return std::make_unique<viewer::CpuRenderer>(size);
@@ -112,18 +117,23 @@ class RenderCommand : public DatasetCommand {
   }
 
   /// One picture: what it calls for is known before anything is read, and nothing else is.
-  int draw_picture(const formats::DatasetReader& dataset, const viewer::LodTree& tree) {
+  int draw_picture(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
+                   const std::stop_token& stop) {
     const viewer::SceneFacts facts = viewer::facts_of(dataset.header());
     const viewer::View view = view_of(tree, viewing_.camera(tree.node(0).box));
     viewer::Wishes wishes = viewing_.wishes();
     viewer::SelectionLimits limits = viewing_.limits();
     viewer::FramePlan plan = plan_frame(facts, {}, wishes, false);
     limits.cull_back_faces = plan.cull_back_faces;
-    const viewer::Selection cut = select(tree, view, limits);
+    // What splats are chosen for is the cut that the cache has room for.
+    viewer::SelectionLimits held = limits;
+    held.nodes = slots_of(tree, plan, cache(false));
+    const viewer::Selection cut = select(tree, view, held);
     plan = plan_frame(facts, {.splat_pixels = cut.splat_pixels}, wishes, false);
     wishes.primitive = plan.primitive;
     viewer::DatasetView pictures = open(dataset, tree, plan, /*prefetch=*/false);
-    const viewer::FrameStatistics frame = pictures.scene().draw_settled(view, limits, wishes);
+    const viewer::FrameStatistics frame = pictures.scene().draw_settled(view, limits, wishes, stop);
+    if (stop.stop_requested()) throw stages::Stopped{};
     warn(frame);
     viewer::write_png(pictures.renderer().picture(), output_);
     const PictureFacts told{
@@ -150,7 +160,7 @@ class RenderCommand : public DatasetCommand {
       if (stop.stop_requested()) throw stages::Stopped{};
       view = view_of(tree, at.camera);
       viewer::Scene& scene = pictures.scene();
-      const auto frame = wait_ ? scene.draw_settled(*view, limits, wishes)
+      const auto frame = wait_ ? scene.draw_settled(*view, limits, wishes, stop)
                                : scene.draw(*view, limits, wishes, queries);
       warn(frame);
       report.add(at.time_s, frame);

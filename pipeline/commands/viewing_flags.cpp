@@ -10,8 +10,6 @@
 namespace cairn::pipeline {
 namespace {
 
-constexpr std::uint32_t kMaxSide = 16384;
-
 [[noreturn]] void refuse(const char* flag, const std::string& found, const char* expected) {
   throw formats::Error(formats::ErrorKind::kUsage,
                        {.what = flag, .found = "'" + found + "'", .expected = expected});
@@ -41,7 +39,7 @@ std::optional<std::uint32_t> parse_side(std::string_view text) {
   std::uint32_t side = 0;
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), side);
   if (error != std::errc{} || rest != text.data() + text.size()) return std::nullopt;
-  return side >= 1 && side <= kMaxSide ? std::optional(side) : std::nullopt;
+  return side >= 1 && side <= viewer::PictureSize::kMaxSide ? std::optional(side) : std::nullopt;
 }
 
 CLI::Option* add_switch(CLI::App& parser, const char* name, std::string& value, const char* help) {

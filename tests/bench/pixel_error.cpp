@@ -131,12 +131,13 @@ class Painter {
   }
 
  private:
-  /// Room for the largest cut.
+  /// Room for the largest cut and for what is being read.
   static std::uint64_t cache_bytes(const viewer::LodTree& tree, const viewer::FramePlan& plan,
                                    const std::vector<Row>& rows) {
     std::uint64_t nodes = 1;
     for (const Row& row : rows)
       nodes = std::max<std::uint64_t>(nodes, row.cut.selection.nodes.size());
+    nodes += viewer::Front::nodes_under_way(1);
     return nodes * tree.node_points() * columns_of(plan).point_bytes();
   }
 

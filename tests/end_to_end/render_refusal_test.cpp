@@ -27,7 +27,7 @@ TEST_F(Render, RefusesWhatCannotBe) {
       {{"--size", "0x5"}, "'0x5'"},
       {{"--size", "5x99999"}, "--size"},
       {{"--size", "5"}, "--size"},
-      {{"--cache", "1KiB"}, "holds no node"},
+      {{"--cache", "1KiB"}, "a cache of 1024 bytes is too small"},
   };
   for (const auto& c : cases) expect_refused(arguments("a.png", c.flags), 2, c.text);
 }

@@ -109,7 +109,7 @@ bool is_visible(const viewer::LodTree& tree, const viewer::View& view, bool cull
                 viewer::NodeIndex leaf) {
   for (viewer::NodeIndex region = leaf;; region = tree.parent(region)) {
     const viewer::LodNode& node = tree.node(region);
-    if (!view.may_see(node.box)) return false;
+    if (!view.may_see(node.box, node.reach)) return false;
     if (cull_back_faces && view.faces_away(node.box, node.cone)) return false;
     if (region == 0) return true;
   }

@@ -57,9 +57,9 @@ class Watched {
           ++uploads_;
         }) {}
 
-  FrontFrame advance(const View& view, const SelectionLimits& limits) {
+  FrontFrame advance(const View& view, const SelectionLimits& limits, const NodeTest& hidden = {}) {
     uploads_ = 0;
-    FrontFrame frame = front_.advance(view, limits);
+    FrontFrame frame = front_.advance(view, limits, hidden);
     check(view, limits, frame);
     return frame;
   }
@@ -96,9 +96,10 @@ bool same_front(const Selection& a, const Selection& b) {
 }
 
 /// Advances until nothing is missing.
-FrontFrame rest(Watched& front, const View& view, const SelectionLimits& limits) {
+FrontFrame rest(Watched& front, const View& view, const SelectionLimits& limits,
+                const NodeTest& hidden = {}) {
   while (true) {
-    FrontFrame frame = front.advance(view, limits);
+    FrontFrame frame = front.advance(view, limits, hidden);
     if (frame.missing == 0) return frame;
     front.wait();
   }
@@ -135,18 +136,22 @@ TEST(Front, CoversEachVisibleRegionOnceInEveryFrameAndRestsOnTheSelectedCut) {
     const DelayedSource source(random(), round % 3 == 0 ? 10 : 0);
     Watched front(world.tree, source, world.options);
     std::uint64_t forced = 0;
+    std::uint64_t seed = 0;  // what others hide changes from frame to frame
+    const NodeTest hidden =
+        round % 4 == 0 ? NodeTest{} : [&](NodeIndex node) { return (node * 7919 + seed) % 6 == 0; };
     for (int stop = 0; stop < 4 && !testing::Test::HasFatalFailure(); ++stop) {
       const Box& scene = world.tree.node(0).box;
       Camera camera = random_camera(scene, random);
       for (int step = 0; step < 12; ++step) {  // a moving camera
         camera.eye += 0.02 * (camera.target - camera.eye);
         camera.target.x += 0.05 * scene.half.x;
-        const FrontFrame frame = front.advance(View(camera, kSize, 1e-3), world.limits);
+        seed = random();
+        const FrontFrame frame = front.advance(View(camera, kSize, 1e-3), world.limits, hidden);
         forced += frame.forced_loads;
         standing_in += same_front(frame.drawn, frame.selected) ? 0 : 1;
         if (step % 4 == 0) std::this_thread::sleep_for(std::chrono::microseconds(500));
       }
-      const FrontFrame still = rest(front, View(camera, kSize, 1e-3), world.limits);
+      const FrontFrame still = rest(front, View(camera, kSize, 1e-3), world.limits, hidden);
       ASSERT_TRUE(same_front(still.drawn, still.selected));
       for (const NodeIndex node : still.drawn.nodes) ASSERT_FALSE(source.is_damaged(node));
     }

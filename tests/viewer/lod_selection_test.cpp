@@ -60,7 +60,7 @@ class SlowSelection {
  private:
   bool seen(NodeIndex region) const {
     const LodNode& node = tree_.node(region);
-    return view_.may_see(node.box) &&
+    return view_.may_see(node.box, node.reach) &&
            !(limits_.cull_back_faces && view_.faces_away(node.box, node.cone));
   }
   void add(NodeIndex node, Front& front) const {
@@ -218,6 +218,31 @@ TEST(LodSelection, DrawsNothingOfWhatLiesBehind) {
   EXPECT_TRUE(cut.nodes.empty());
   EXPECT_EQ(cut.points, 0u);
   EXPECT_EQ(cut.outside, 1u);
+}
+
+TEST(LodSelection, DrawsWhatReachesIntoThePictureWithItsSplatsAlone) {
+  std::mt19937_64 random(11);
+  const LodTree tree = make_random_tree({}, random);
+  float largest = 0;
+  for (NodeIndex node = 0; node < tree.size(); ++node)
+    largest = std::max(largest, tree.node(node).radius_max);
+  ASSERT_GT(largest, 0.1f);
+  const Box& scene = tree.node(0).box;
+  const double reached = 0.9 * tree.node(0).radius_max;
+  const double beyond = 1.1 * largest;
+  for (const double distance : {reached, beyond}) {
+    // Looks along y past the scene on its left, with rays that are as good as parallel.
+    Camera camera;
+    camera.fov_y_degrees = 0.01;
+    const double tan_x =
+        std::tan(camera.fov_y_degrees / 2 * (3.14159265358979 / 180)) * kSize.width / kSize.height;
+    const double depth = scene.half.y;  // of the box's near side
+    camera.eye =
+        scene.center + glm::dvec3(scene.half.x + distance + depth * tan_x, -2 * scene.half.y, 0);
+    camera.target = camera.eye + glm::dvec3(0, 1, 0);
+    const bool drawn = select(tree, View(camera, kSize, 1e-3), {.nodes = 1}).points > 0;
+    EXPECT_EQ(drawn, distance == reached) << distance;
+  }
 }
 
 TEST(LodSelection, RefusesABudgetBelowTheRoot) {

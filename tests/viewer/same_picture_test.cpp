@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <ostream>
 #include <random>
 #include <string>
 
@@ -99,6 +100,7 @@ struct Case {
   std::string name;
   FramePlan plan;
 };
+void PrintTo(const Case& scene, std::ostream* out) { *out << scene.name; }
 
 /// Every primitive with and without each effect, and sizes of points.
 std::vector<Case> cases() {

@@ -40,11 +40,7 @@ void reset(std::vector<T>& buffer, std::size_t pixels, const T& value) {
 }
 
 void check_frame(const Frame& frame, const SlotPool& pool) {
-  const ColumnSet needed = columns_of(frame.plan);
-  const ColumnSet& there = pool.size().columns;
-  CAIRN_CHECK(there.radius || !needed.radius);
-  CAIRN_CHECK(there.color || !needed.color);
-  CAIRN_CHECK(there.normal || !needed.normal);
+  CAIRN_CHECK(pool.size().columns.holds(columns_of(frame.plan)));
   for (const DrawItem& item : frame.items) {
     CAIRN_CHECK(item.slot < pool.size().slots);
     const std::uint32_t points = pool.count(item.slot);

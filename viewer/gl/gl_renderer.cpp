@@ -37,10 +37,6 @@ std::string program_of(const FramePlan& plan, const char* primitive) {
   return names;
 }
 
-bool has_columns(const ColumnSet& there, const ColumnSet& asked) {
-  return there.radius >= asked.radius && there.color >= asked.color && there.normal >= asked.normal;
-}
-
 DrawStatistics all_drawn(std::span<const DrawItem> items) {
   DrawStatistics statistics;
   for (const DrawItem& item : items) statistics.points += item.count;
@@ -78,7 +74,7 @@ void GlRenderer::upload(std::uint32_t slot, const PointColumns& points) {
 }
 
 DrawStatistics GlRenderer::draw(const Frame& frame) {
-  CAIRN_CHECK(has_columns(store_.size().columns, columns_of(frame.plan)));
+  CAIRN_CHECK(store_.size().columns.holds(columns_of(frame.plan)));
   CAIRN_CHECK(!(frame.plan.deferred_blending && frame.plan.occlusion_queries));
   items_.set(store_, frame.items);
   start(frame);

@@ -11,10 +11,6 @@ namespace cairn::viewer {
 namespace {
 
 constexpr float kWidth = 330;  ///< pixels of a plain screen
-constexpr ColorSource kSources[] = {ColorSource::kColor,          ColorSource::kIntensity,
-                                    ColorSource::kClassification, ColorSource::kNormal,
-                                    ColorSource::kHeight,         ColorSource::kPlain,
-                                    ColorSource::kLevel,          ColorSource::kError};
 
 void draw_detail(ViewState& state, const PanelFacts& facts) {
   const BudgetRange& range = facts.budgets;
@@ -49,7 +45,7 @@ void draw_color(std::optional<ColorSource>& wish, const PanelFacts& facts) {
   const std::string now = wish ? std::string(name_of(*wish)) : automatic;
   if (!ImGui::BeginCombo("color", now.c_str())) return;
   if (ImGui::Selectable("auto", !wish)) wish.reset();
-  for (const ColorSource source : kSources)
+  for (const ColorSource source : color_sources())
     if (offers(facts.scene, source) && ImGui::Selectable(name_of(source).data(), wish == source))
       wish = source;
   ImGui::EndCombo();

@@ -43,11 +43,12 @@ class Viewing {
     facts_.all_points = dataset.header().points;
     facts_.budgets =
         budget_range(tree.node(0).points, facts_.all_points, options.start.limits.points);
-    if (walk_) replay_start_ = glfwGetTime();
   }
 
   std::optional<ViewingEnd> run(const std::stop_token& stop) {
     const std::stop_callback wake(stop, [] { Window::wake(); });
+    prepare();
+    if (walk_) replay_start_ = glfwGetTime();
     while (!window_.should_close() && !stop.stop_requested() && frames_ < options_.frames) {
       const double rest_s = time_to_rest();
       window_.take_events(rest_s);
@@ -67,8 +68,15 @@ class Viewing {
   }
   bool message_is_over() const { return !facts_.message.empty() && glfwGetTime() > message_end_; }
 
+  /// Whether there is anything to draw into: an icon has no pixels.
+  bool is_shown() const {
+    const PictureSize size = window_.size();
+    return size.width > 0 && size.height > 0;
+  }
+
   /// How long to wait for events before the next frame.
   double time_to_rest() const {
+    if (!is_shown()) return kLongestRest;
     if (moving() || due_ > 0) return 0;
     if (loading_) return kLoadingRest;
     if (recorder_.recording()) return WalkRecorder::kInterval / 4;
@@ -79,11 +87,7 @@ class Viewing {
   void draw_frame() {
     due_ = std::max(0, due_ - 1);
     const PictureSize size = window_.size();
-    if (size.width == 0 || size.height == 0) {
-      due_ = 0;
-      loading_ = false;
-      return;
-    }
+    if (!is_shown()) return;
     clock_.tick(glfwGetTime(), std::exchange(rested_, false));
     panel_.begin();
     if (message_is_over()) facts_.message.clear();
@@ -164,7 +168,9 @@ class Viewing {
   void draw_picture(PictureSize size) {
     prepare();
     view_.emplace(state_.camera, size, near_plane(tree_.node(0).box));
-    FrameStatistics frame = pictures_->scene().draw(*view_, state_.limits, state_.wishes, true);
+    Scene& scene = pictures_->scene();
+    scene.set_prefetch(state_.prefetch);
+    FrameStatistics frame = scene.draw(*view_, state_.limits, state_.wishes, true);
     for (const std::string& line : frame.damage)
       options_.warn(line + "; drawn by what stands for it");
     loading_ = frame.unfinished;
@@ -185,10 +191,9 @@ class Viewing {
     const bool same_columns = columns_of(plan) == columns_of(plan_) &&
                               (!columns_of(plan).color || plan.color == plan_.color);
     state_.limits.cull_back_faces = plan.cull_back_faces;
-    if (pictures_ && same_columns && prefetch_ == state_.prefetch) return;
+    if (pictures_ && same_columns) return;
     CacheOptions cache = options_.cache;
     cache.beside_renderer = true;
-    cache.prefetch = prefetch_ = state_.prefetch;
     cache.uploads = kUploads;
     plan_ = plan;
     pictures_.reset();  // the card has room for one
@@ -246,7 +251,6 @@ class Viewing {
   Hand hand_;
   Panel panel_;
   FramePlan plan_;  ///< that `pictures_` are made for
-  bool prefetch_ = false;
   GlRenderer* renderer_ = nullptr;
   std::optional<DatasetView> pictures_;
 };
