@@ -17,9 +17,12 @@ using viewer::FrameStatistics;
 /// Infinite bounds are null: JSON has no infinity.
 Json bound_json(double pixels) { return std::isfinite(pixels) ? Json(pixels) : Json(nullptr); }
 
-std::string bound_text(double pixels) {
-  return std::isfinite(pixels) ? significant(pixels, 3) + " pixels"
-                               : "none: points lie as near to the eye as their error";
+std::string bound_text(const FrameStatistics& frame) {
+  const auto pixels = [](double bound) { return significant(bound, 3) + " pixels"; };
+  if (std::isfinite(frame.pixel_bound)) return pixels(frame.pixel_bound);
+  if (std::isfinite(frame.inner_bound))
+    return pixels(frame.inner_bound) + ", but for those of leaves that the eye is in";
+  return "no bound: points lie as near to the eye as their error";
 }
 
 Json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
@@ -64,6 +67,7 @@ std::string frame_json(const FrameStatistics& frame, const PictureFacts& facts) 
       {"nodes", frame.nodes},
       {"nodes_on_level", frame.nodes_on_level},
       {"pixel_bound", bound_json(frame.pixel_bound)},
+      {"inner_pixel_bound", bound_json(frame.inner_bound)},
       {"loads", frame.loads},
       {"forced_loads", frame.forced_loads},
       {"hits", frame.hits},
@@ -87,9 +91,8 @@ std::string frame_text(const FrameStatistics& frame, const PictureFacts& facts) 
       "  passes   {}; colored by {}{}\n"
       "  read     {}: {}\n"
       "  time     {:.1f} ms to select, {:.1f} ms to draw ({})\n",
-      with_commas(frame.points), count_of(frame.nodes, "node"), levels,
-      bound_text(frame.pixel_bound), fmt::join(viewer::passes_of(frame.plan), ", "),
-      viewer::name_of(frame.plan.color),
+      with_commas(frame.points), count_of(frame.nodes, "node"), levels, bound_text(frame),
+      fmt::join(viewer::passes_of(frame.plan), ", "), viewer::name_of(frame.plan.color),
       effects_of(frame.plan).empty()
           ? ""
           : "; " + fmt::format("{}", fmt::join(effects_of(frame.plan), ", ")),

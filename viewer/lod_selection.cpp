@@ -148,7 +148,9 @@ class Selector {
         if (hidden) ++result_.hidden;
         result_.finest = result_.finest && tree_.is_leaf(used.node);
         const Box& box = tree_.node(tree_.region_of(used.node, block)).box;
-        result_.pixel_bound = std::max(result_.pixel_bound, view_.pixel_bound(box, node.bound));
+        const double bound = view_.pixel_bound(box, node.bound);
+        result_.pixel_bound = std::max(result_.pixel_bound, bound);
+        if (!tree_.is_leaf(used.node)) result_.inner_bound = std::max(result_.inner_bound, bound);
         const double depth = std::max(view_.nearest_depth(box), view_.near());
         result_.splat_pixels =
             std::max(result_.splat_pixels, view_.focal_pixels() * node.radius_max / depth);

@@ -46,8 +46,9 @@ struct Selection {
   std::vector<FrontBlock> front;  ///< blocks to draw, in the order of nodes
   std::uint64_t points = 0;       ///< of the front
   double pixel_bound = 0;         ///< the largest projected bound on the front
-  double splat_pixels = 0;        ///< the largest splat radius on the front, pixels
-  std::uint64_t outside = 0;      ///< regions met that are outside of the picture,
+  double inner_bound = 0;     ///< of blocks that are not leaves: those that a budget could refine
+  double splat_pixels = 0;    ///< the largest splat radius on the front, pixels
+  std::uint64_t outside = 0;  ///< regions met that are outside of the picture,
   std::uint64_t facing_away = 0;  ///< that turn their backs to the eye,
   std::uint64_t hidden = 0;       ///< and that were hidden a frame ago
   bool finest = true;             ///< all blocks on the front are leaves: no budget would draw more

@@ -84,6 +84,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.hidden = drawn_.hidden;
   frame.finest = drawn_.finest;
   frame.pixel_bound = drawn_.pixel_bound;
+  frame.inner_bound = drawn_.inner_bound;
   frame.damage = std::move(front.damage);
   return frame;
 }

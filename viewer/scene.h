@@ -36,6 +36,7 @@ struct FrameStatistics {
   bool finest = true;  ///< all that is visible is drawn from leaves: no budget would draw more
   double pixel_bound =
       0;  ///< no input point is drawn farther than this from where it belongs, pixels; may be infinite
+  double inner_bound = 0;  ///< the same but for leaves: without bound where the eye stands in one
   double select_ms = 0;
   double draw_ms = 0;
   FramePlan plan;

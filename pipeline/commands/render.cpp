@@ -59,6 +59,7 @@ class RenderCommand : public DatasetCommand {
     parser_
         .add_flag("--wait", wait_,
                   "with --path: every frame waits for all its nodes, for pictures and measuring")
+        ->option_text(" ")  // "Needs: --path" else, which the help says already
         ->needs("--path");
     parser_
         .add_option("--last-frame", last_frame_, "with --path: write the last frame as a picture")

@@ -70,8 +70,6 @@ struct Row {
   bool culling = false;
   viewer::SelectionLimits limits;
   test::Cut cut;
-  double inner_bound =
-      0;  ///< pixels: the largest of blocks of inner nodes; quantised leaves may have any up close
   Drawn points, splats;
 };
 
@@ -81,11 +79,6 @@ Row make_row(const viewer::LodTree& tree, const viewer::View& view, std::string 
   Row row{.name = std::move(name), .culling = culling, .limits = limits};
   row.cut.selection = select(tree, view, limits);
   if (limits.pixel_error > 0) row.cut.pixel_error = limits.pixel_error;
-  for (const viewer::FrontBlock& block : row.cut.selection.front) {
-    if (tree.is_leaf(block.node)) continue;
-    const viewer::Box& box = tree.node(tree.region_of(block.node, block.block)).box;
-    row.inner_bound = std::max(row.inner_bound, view.pixel_bound(box, tree.node(block.node).bound));
-  }
   return row;
 }
 
@@ -167,7 +160,7 @@ Cells cells_of(const Row& row, const Row& full, const test::Displacement& measur
           std::to_string(row.cut.selection.points),
           fmt::format("{:.1f} %", 100 * count(row) / std::max(count(full), 1.0)),
           fmt::format("{:.3f}", row.cut.selection.pixel_bound),
-          fmt::format("{:.3f}", row.inner_bound),
+          fmt::format("{:.3f}", row.cut.selection.inner_bound),
           fmt::format("{:.3f}", measured.max),
           fmt::format("{:.3f}", measured.rms()),
           fmt::format("{:.3f}", measured.mean()),

@@ -147,7 +147,8 @@ TEST_F(Render, OpenGlDrawsTheSamePicture) {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     const Json gl = Json::parse(outcome.out, nullptr, false);
     EXPECT_EQ(gl["mode"], "gl");
-    for (const char* key : {"points", "nodes", "pixel_bound", "passes", "sections"})
+    for (const char* key :
+         {"points", "nodes", "pixel_bound", "inner_pixel_bound", "passes", "sections"})
       EXPECT_EQ(gl[key], cpu[key]) << key;
     EXPECT_LE(difference(picture("gl.png"), picture("cpu.png")), 0.001) << primitive;
   }

@@ -172,6 +172,7 @@ TEST(LodSelection, RefinesByErrorJustAsFarAsAsked) {
     for (const NodeIndex node : cut.nodes)
       if (node != 0) ASSERT_GT(bound(c.tree.parent(node), node), c.limits.pixel_error);
     ASSERT_LE(cut.pixel_bound, c.limits.pixel_error);  // the leaves of these trees are exact
+    ASSERT_EQ(cut.inner_bound, cut.pixel_bound);
   }
 }
 

@@ -27,6 +27,13 @@ std::string megabytes(double bytes) { return fmt::format("{:.0f} MiB", bytes / (
 
 std::string count(std::uint64_t number) { return short_count(static_cast<double>(number)); }
 
+std::string bound_text(const FrameStatistics& frame) {
+  if (std::isfinite(frame.pixel_bound)) return fmt::format("at most {:.3g} px", frame.pixel_bound);
+  if (std::isfinite(frame.inner_bound))
+    return fmt::format("at most {:.3g} px\nbut in the nearest leaves", frame.inner_bound);
+  return "no bound: too near";
+}
+
 void tell_speed(const PanelFacts& facts) {
   const FrameStatistics& frame = facts.frame;
   row("frames/s", facts.frames_per_s > 0 ? fmt::format("{:.1f}{}", facts.frames_per_s,
@@ -35,9 +42,7 @@ void tell_speed(const PanelFacts& facts) {
   row("points/s",
       count(static_cast<std::uint64_t>(facts.frames_per_s * static_cast<double>(frame.points))));
   row("points", fmt::format("{} of {}", count(frame.points), count(facts.all_points)));
-  row("error", std::isfinite(frame.pixel_bound)
-                   ? fmt::format("at most {:.3g} px", frame.pixel_bound)
-                   : "no bound: too near");
+  row("error", bound_text(frame));
   row("time", fmt::format("{:.1f} ms select\n{:.1f} ms draw", frame.select_ms, frame.draw_ms));
 }
 
