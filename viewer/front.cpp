@@ -22,7 +22,8 @@ bool in(const std::vector<NodeIndex>& sorted, NodeIndex node) {
 }  // namespace
 
 std::size_t Front::nodes_under_way(unsigned loader_threads) {
-  return 3 * waiting_nodes(loader_threads);  // with the loader, taken from it, and in the cache
+  // With the loader, taken from it, in the cache, and as memory to be written into again.
+  return 4 * waiting_nodes(loader_threads);
 }
 
 Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& options,

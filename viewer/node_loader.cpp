@@ -50,8 +50,7 @@ void NodeLoader::wait() {
 
 void NodeLoader::recycle(NodePoints points) {
   const std::lock_guard lock(mutex_);
-  if (spare_.size() + done_.size() + under_way_.size() < waiting_)
-    spare_.push_back(std::move(points));
+  if (spare_.size() < waiting_) spare_.push_back(std::move(points));
 }
 
 void NodeLoader::work(const std::stop_token& stop) {

@@ -23,8 +23,8 @@ struct LoadedNode {
 
 class NodeLoader {
  public:
-  /// `source` must outlive the loader. At most `waiting` nodes that are not taken yet are kept, recycled memory counted in:
-  /// then the threads rest, so that memory is bounded. Requires threads >= 1, waiting >= 1.
+  /// `source` must outlive the loader. At most `waiting` nodes that are not taken yet are kept: then
+  /// the threads rest, so that memory is bounded; recycled memory of as many is kept, too. Requires threads >= 1, waiting >= 1.
   NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting);
   /// Finishes the nodes under way and drops all else.
   ~NodeLoader();
