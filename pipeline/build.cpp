@@ -1,19 +1,29 @@
 #include "pipeline/build.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <new>
 #include <thread>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
+#include "formats/bytes.h"
+#include "formats/checksum.h"
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
+#include "formats/file_names.h"
 #include "formats/output_file.h"
+#include "formats/random_access_file.h"
 #include "formats/scans/crs.h"
 #include "pipeline/campaign.h"
 #include "pipeline/human.h"
+#include "pipeline/job_keys.h"
+#include "pipeline/journal.h"
+#include "pipeline/locked_folder.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/run_record.h"
 #include "pipeline/stage_clock.h"
@@ -200,32 +210,121 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
   return extras;
 }
 
+constexpr const char* kJournal = "journal";
+constexpr const char* kPublish = "publish";
+
+void tell(const std::string& text) { fmt::print(stderr, "cairn: note: {}\n", printable(text)); }
+
+std::vector<std::byte> index_checksum(const std::filesystem::path& dataset) {
+  const formats::RandomAccessFile file(dataset / formats::dataset_file::kIndex);
+  std::vector<std::byte> index(file.size_bytes());
+  file.read_exactly(0, index);
+  std::vector<std::byte> checksum(sizeof(std::uint64_t));
+  formats::store_le(checksum.data(), formats::checksum_of(index));
+  return checksum;
+}
+
+/// The index holds the checksums of all else: by its own a dataset is known again.
+void note_publication(Journal& journal, const std::filesystem::path& dataset) {
+  journal.finish(kPublish, stages::kStageDone, index_checksum(dataset));
+}
+
+/// Whether just this dataset has been published by a build that was killed before it could say so. Its work folder is then
+/// removed.
+bool was_published(const BuildOptions& options) {
+  namespace fs = std::filesystem;
+  const fs::path output = formats::followed(options.output);
+  const fs::path work = formats::with_suffix(output, ".work");
+  if (options.fresh || !fs::exists(work / kJournal) ||
+      !fs::exists(output / formats::dataset_file::kIndex))
+    return false;
+  LockedFolder folder(work, "build of " + output.string(), LockedFolder::Leftovers::kKeep);
+  Journal journal(work / kJournal);
+  journal.begin_stage(kPublish, job_keys(options).publish);
+  const auto published = journal.find(kPublish, stages::kStageDone);
+  if (published && *published == index_checksum(output)) return true;
+  folder.keep();
+  return false;
+}
+
 class Build {
  public:
   Build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop)
       : options_(options),
         clock_(progress),
-        workspace_(options.output, options.scratch, options.force) {
+        workspace_(options.output, options.scratch, options.force),
+        journal_(workspace_.folder() / kJournal) {
+    if (options.fresh) start_over();
     context_.threads =
         options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
     context_.memory_bytes = memory_budget(options.memory_bytes, machine_memory_bytes());
     context_.make_array = [this](std::string_view name, std::uint64_t size_bytes) {
+      std::filesystem::remove(workspace_.arrays_folder() / name);
       return formats::ExternalArray(workspace_.arrays_folder() / name, size_bytes);
     };
+    context_.find_array = [this](std::string_view name, std::uint64_t size_bytes) {
+      return formats::ExternalArray::find(workspace_.arrays_folder() / name, size_bytes);
+    };
+    context_.units = &journal_;
     context_.progress = &clock_;
     context_.stop = std::move(stop);
   }
 
   BuildReport run() {
-    stages::run_in_arena(context_.threads, [&] { run_stages(); });
+    try {
+      run_all();
+    } catch (const stages::Stopped&) {
+      keep_work();
+      throw;
+    } catch (const std::bad_alloc&) {
+      keep_work();
+      throw;
+    } catch (const formats::Error& error) {
+      if (error.kind() == formats::ErrorKind::kSystem) keep_work();
+      throw;
+    }
     BuildReport report = make_report();
-    write_run_record(workspace_.dataset_folder(), report);
-    workspace_.publish();
     report.elapsed_s = clock_.elapsed_s();
     return report;
   }
 
  private:
+  void run_all() {
+    begin_stages();
+    if (journal_.has_units())
+      tell("going on with what an interrupted build has left in " + workspace_.folder().string());
+    try {
+      stages::run_in_arena(context_.threads, [&] { run_stages(); });
+    } catch (const stages::WorkLost&) {
+      tell("what the interrupted build has left is not whole; starting over");
+      start_over();
+      begin_stages();
+      stages::run_in_arena(context_.threads, [&] { run_stages(); });
+    }
+    write_run_record(workspace_.dataset_folder(), make_report());
+    note_publication(journal_, workspace_.dataset_folder());
+    workspace_.publish();
+  }
+
+  void begin_stages() {
+    const JobKeys keys = job_keys(options_);
+    journal_.begin_stage("import", keys.import);
+    journal_.begin_stage("split", keys.split);
+    journal_.begin_stage("estimate", keys.estimate);
+    journal_.begin_stage("cluster", keys.cluster);
+    journal_.begin_stage(kPublish, keys.publish);
+  }
+
+  void start_over() {
+    journal_.clear();
+    workspace_.clear_arrays();
+  }
+
+  /// For the build that goes on.
+  void keep_work() {
+    if (journal_.has_units()) workspace_.keep();
+  }
+
   void run_stages() {
     stages::Scans scans = open();
     const stages::ImportOptions import = import_options(options_, scans);
@@ -247,14 +346,17 @@ class Build {
     const Sensors sensors = sensors_of(scans);
     scans.clear();  // and with them their worker processes
 
-    stages::SplitPoints points = stages::split(std::move(imported), tree, context_);
-    if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
-
-    formats::OutputFile spill =
-        formats::OutputFile::create(workspace_.arrays_folder() / "packed-nodes");
+    stages::SplitPoints points;
+    points.stride = imported.stride - imported.native_position_bytes + sizeof(formats::GridPoint);
+    if (!is_done("cluster")) {
+      if (!estimates(options_) || !is_done("estimate"))
+        points = stages::split(std::move(imported), tree, context_);
+      if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
+    }
+    formats::OutputFile spill = open_spill();
     stages::Packer packer(header, options_.codec, spill);
     cluster_and_pack(points, header, packer);
-    points.array = {};
+    points.array.remove();
 
     formats::OutputFile nodes =
         formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kNodes);
@@ -264,6 +366,19 @@ class Build {
         formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
     stages::write_dataset(context_, header, packer.finish(), spill, extras,
                           {nodes, index, metadata});
+  }
+
+  /// Whether an earlier build has left a stage's results: those before it need not be done again.
+  bool is_done(std::string_view stage) const {
+    return journal_.find(stage, stages::kStageDone).has_value();
+  }
+
+  /// The packed nodes of an earlier build stand in it, if the journal tells of any.
+  formats::OutputFile open_spill() const {
+    const std::filesystem::path path = workspace_.arrays_folder() / "packed-nodes";
+    if (!journal_.has_units("cluster") || !std::filesystem::exists(path))
+      return formats::OutputFile::create(path);
+    return formats::OutputFile::reopen(path, std::filesystem::file_size(path));
   }
 
   /// A stage of its own: to learn their columns, readers of texts read every line.
@@ -282,6 +397,7 @@ class Build {
     stages::EstimatedPoints estimated =
         stages::estimate({points.array, points.stride, numbered, header.grid, tree, sensors},
                          estimate_options(options_), context_);
+    points.array.remove();
     points.array = std::move(estimated.array);
     points.stride = estimated.stride;
   }
@@ -315,6 +431,7 @@ class Build {
   const BuildOptions& options_;
   StageClock clock_;
   Workspace workspace_;
+  Journal journal_;
   stages::Context context_;
   std::uint64_t scans_ = 0;
   std::uint64_t input_bytes_ = 0;
@@ -324,6 +441,10 @@ class Build {
 
 BuildReport build(const BuildOptions& options, stages::ProgressSink& progress,
                   std::stop_token stop) {
+  if (was_published(options)) {
+    tell(options.output.string() + " was finished already, but for a work folder to be removed");
+    return {};
+  }
   return Build(options, progress, std::move(stop)).run();
 }
 

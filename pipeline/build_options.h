@@ -35,6 +35,7 @@ struct BuildOptions {
   unsigned threads = 0;            ///< 0: all
   std::optional<std::filesystem::path> scratch;
   bool force = false;
+  bool fresh = false;  ///< start over, whatever an earlier build of the output has done
 };
 
 }  // namespace cairn::pipeline

@@ -67,7 +67,8 @@ void remove_folder(const fs::path& folder) {
 
 }  // namespace
 
-LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(std::move(path)) {
+LockedFolder::LockedFolder(fs::path path, const std::string& purpose, Leftovers leftovers)
+    : path_(std::move(path)) {
   while (true) {
     const bool made = ::mkdir(path_.c_str(), 0777) == 0;
     if (!made && errno != EEXIST)
@@ -78,7 +79,7 @@ LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(st
     }
   }
   try {
-    claim();
+    claim(leftovers);
   } catch (...) {
     std::error_code ignored;
     fs::remove(path_, ignored);  // only if it is empty
@@ -87,14 +88,16 @@ LockedFolder::LockedFolder(fs::path path, const std::string& purpose) : path_(st
   }
 }
 
-void LockedFolder::claim() {
+void LockedFolder::empty() { empty_folder(path_); }
+
+void LockedFolder::claim(Leftovers leftovers) {
   if (taken_over_ && !fs::is_empty(path_)) {
     if (!fs::exists(path_ / kMarker))
       throw Error(ErrorKind::kSystem,
                   {.what = "a folder that no build made is in the way; move it and try again",
                    .path = path_});
     note_left_ = read_note(path_);
-    empty_folder(path_);
+    if (leftovers == Leftovers::kRemove) empty_folder(path_);
   } else {
     taken_over_ = false;  // an empty folder tells of no run, whoever made it
     formats::OutputFile::create(path_ / kMarker);

@@ -10,10 +10,14 @@ namespace cairn::pipeline {
 
 class LockedFolder {
  public:
-  /// Makes the folder, or takes over and empties one that a killed run left. `purpose` names the owner in
+  /// What becomes of the contents that a killed run left.
+  enum class Leftovers { kRemove, kKeep };
+
+  /// Makes the folder, or takes over one that a killed run left. `purpose` names the owner in
   /// messages ("build of site.cairn"). Throws Error: kSystem if another process holds the folder, if it
   /// cannot be made, or if it holds what no run of this program put there.
-  LockedFolder(std::filesystem::path path, const std::string& purpose);
+  LockedFolder(std::filesystem::path path, const std::string& purpose,
+               Leftovers leftovers = Leftovers::kRemove);
   ~LockedFolder();
   LockedFolder(LockedFolder&& other) noexcept;
   LockedFolder& operator=(LockedFolder&&) = delete;
@@ -29,10 +33,12 @@ class LockedFolder {
   void leave_note(const std::string& text);
   /// The folder stays when its owner ends, as if that were killed.
   void keep() { kept_ = true; }
+  /// Removes all that stands in the folder.
+  void empty();
 
  private:
   bool open_and_lock(const std::string& purpose);
-  void claim();
+  void claim(Leftovers leftovers);
 
   std::filesystem::path path_;
   int descriptor_ = -1;

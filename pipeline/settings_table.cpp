@@ -265,6 +265,10 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"force", kSwitch, kInOut, "", kBoolean, "false",
      "replace an existing dataset once the new one is complete", set_switch<&BuildOptions::force>,
      /*flag_only=*/true},
+    {"fresh", kSwitch, kInOut, "", kBoolean, "false",
+     "start over, and not go on with what an interrupted build has done",
+     set_switch<&BuildOptions::fresh>,
+     /*flag_only=*/true},
 });
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <functional>
@@ -72,7 +73,7 @@ bool is_aside_of(const fs::path& output, const fs::path& name) {
 }
 
 fs::path make_folder(const fs::path& path) {
-  if (::mkdir(path.c_str(), 0777) != 0)
+  if (::mkdir(path.c_str(), 0777) != 0 && !(errno == EEXIST && fs::is_directory(path)))
     formats::throw_system("cannot make the folder", path, errno);
   return path;
 }
@@ -82,6 +83,17 @@ std::uint64_t free_bytes(const fs::path& folder) {
   if (::statvfs(folder.c_str(), &info) != 0)
     formats::throw_system("cannot ask for free space", folder, errno);
   return static_cast<std::uint64_t>(info.f_bavail) * info.f_frsize;
+}
+
+/// That the files in a folder take on their disk.
+std::uint64_t used_bytes(const fs::path& folder) {
+  std::uint64_t bytes = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    struct stat info {};
+    if (::stat(entry.path().c_str(), &info) == 0)
+      bytes += static_cast<std::uint64_t>(info.st_blocks) * 512;
+  }
+  return bytes;
 }
 
 bool same_disk(const fs::path& a, const fs::path& b) {
@@ -106,23 +118,20 @@ void require(const fs::path& folder, std::uint64_t needed, const char* what) {
 Workspace::Workspace(const fs::path& output, const std::optional<fs::path>& scratch, bool force)
     : output_(checked_output(output, force)),
       force_(force),
-      work_(formats::with_suffix(output_, ".work"), purpose_of(output_)) {
-  if (work_.taken_over()) recover();
+      work_(formats::with_suffix(output_, ".work"), purpose_of(output_),
+            LockedFolder::Leftovers::kKeep) {
+  const fs::path place = scratch ? scratch_place(*scratch, output_) : fs::path{};
+  if (work_.taken_over()) recover(place);
   checked_output(output_, force_);  // the dataset that was moved back is an output like any other
-  if (scratch) {
-    // Noted before it is made, so that it never stands there without anyone who knows of it.
-    scratch_path_ = scratch_place(*scratch, output_);
-    leave_note();
-    scratch_.emplace(scratch_path_, purpose_of(output_));
-  } else {
-    leave_note();
-  }
+  // Noted before it is made, so that it never stands there without anyone who knows of it.
+  scratch_path_ = place;
+  leave_note();
+  if (scratch) scratch_.emplace(scratch_path_, purpose_of(output_), LockedFolder::Leftovers::kKeep);
   dataset_folder_ = make_folder(work_.path() / "dataset");
   arrays_folder_ = make_folder((scratch_ ? scratch_->path() : work_.path()) / "arrays");
 }
 
-void Workspace::recover() const {
-  tell("removed what a killed build left in " + work_.path().string() + "; starting again");
+void Workspace::recover(const fs::path& scratch) {
   const Note note = Note::parse(work_.note_left());
   const fs::path aside = formats::folder_of(output_) / note.aside.filename();
   if (is_aside_of(output_, note.aside) && fs::is_directory(aside)) {
@@ -134,9 +143,20 @@ void Workspace::recover() const {
            output_.string());
     }
   }
+  if (note.scratch == scratch) return;
   // Made again as a folder of ours to be removed as one: what does not bear our mark is refused.
   if (!note.scratch.empty() && fs::is_directory(note.scratch))
     LockedFolder(note.scratch, purpose_of(output_));
+  work_.empty();
+}
+
+void Workspace::keep() {
+  work_.keep();
+  if (scratch_) scratch_->keep();
+}
+
+void Workspace::clear_arrays() const {
+  for (const auto& entry : fs::directory_iterator(arrays_folder_)) fs::remove_all(entry.path());
 }
 
 void Workspace::leave_note() {
@@ -144,10 +164,15 @@ void Workspace::leave_note() {
 }
 
 void Workspace::require_free(std::uint64_t array_bytes, std::uint64_t dataset_bytes) const {
+  const auto missing = [](std::uint64_t needed, std::uint64_t there) {
+    return needed - std::min(needed, there);
+  };
+  const std::uint64_t arrays = used_bytes(arrays_folder_);
   if (same_disk(arrays_folder_, dataset_folder_)) {
-    require(dataset_folder_, array_bytes + dataset_bytes, "the work arrays and the dataset");
+    require(dataset_folder_, missing(array_bytes + dataset_bytes, arrays),
+            "the work arrays and the dataset");
   } else {
-    require(arrays_folder_, array_bytes, "the work arrays");
+    require(arrays_folder_, missing(array_bytes, arrays), "the work arrays");
     require(dataset_folder_, dataset_bytes, "the dataset");
   }
 }

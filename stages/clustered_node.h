@@ -7,6 +7,7 @@
 
 #include "formats/dataset/node_data.h"
 #include "formats/dataset/node_record.h"
+#include "stages/unit_state.h"
 
 namespace cairn::stages {
 
@@ -34,6 +35,10 @@ class NodeSink {
  public:
   virtual ~NodeSink() = default;
   virtual void take(ClusteredNode&& node) = 0;
+  /// All that is needed to put the nodes of a subtree, each taken before, back into the sink of a later run.
+  virtual void save(formats::NodeId subtree, StateWriter& state) const = 0;
+  /// Puts them back, as if they were taken. False if they cannot be: then nothing is.
+  virtual bool restore(formats::NodeId subtree, StateReader& state) = 0;
 };
 
 }  // namespace cairn::stages

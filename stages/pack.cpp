@@ -6,11 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "formats/checksum.h"
 #include "formats/dataset/index_file.h"
 #include "formats/dataset/node_codec.h"
 #include "formats/dataset/node_frame.h"
 #include "formats/dataset/normal_column.h"
 #include "formats/dataset/normal_cone.h"
+#include "formats/dataset/record_codec.h"
 #include "formats/error.h"
 
 namespace cairn::stages {
@@ -126,7 +128,43 @@ void Packer::take(ClusteredNode&& node) {
   store(std::move(packed));
 }
 
-void Packer::restore(PackedNode node) { store(std::move(node)); }
+void Packer::save(formats::NodeId subtree, StateWriter& state) const {
+  std::vector<std::byte> record(formats::record_size_bytes(header_));
+  for (const formats::NodeId id : tree_.subtree(subtree)) {
+    const PackedNode& node = nodes_[formats::value_of(id)];
+    formats::encode_record(header_, tree_, node.record, record);
+    state.put(record).put(node.spill_offset).put(node.size_bytes);
+  }
+}
+
+bool Packer::restore(formats::NodeId subtree, StateReader& state) {
+  std::vector<PackedNode> restored;
+  std::vector<std::byte> record;
+  for (const formats::NodeId id : tree_.subtree(subtree)) {
+    PackedNode& node = restored.emplace_back();
+    state.get(record);
+    state.get(node.spill_offset);
+    state.get(node.size_bytes);
+    if (formats::decode_record(header_, tree_, id, node.size_bytes, record, node.record) ||
+        !is_spilled(node))
+      return false;
+  }
+  for (PackedNode& node : restored) store(std::move(node));
+  return true;
+}
+
+bool Packer::is_spilled(const PackedNode& node) const {
+  if (node.spill_offset > spill_.size_bytes() ||
+      node.size_bytes > spill_.size_bytes() - node.spill_offset)
+    return false;
+  std::vector<std::byte> bytes(node.size_bytes);
+  spill_.read_at(node.spill_offset, bytes);
+  return std::ranges::all_of(node.record.sections, [&](const formats::SectionRef& section) {
+    return formats::checksum_of(std::span(bytes).subspan(section.offset, section.size_bytes)) ==
+               section.checksum ||
+           section.size_bytes == 0;
+  });
+}
 
 void Packer::store(PackedNode node) {
   const std::uint64_t id = formats::value_of(node.record.id);

@@ -26,8 +26,9 @@ class Packer final : public NodeSink {
   /// kInvariant for a node that comes twice or whose columns do not fit.
   void take(ClusteredNode&& node) override;
 
-  /// Puts a node back that an earlier run had packed into the same spill.
-  void restore(PackedNode node);
+  void save(formats::NodeId subtree, StateWriter& state) const override;
+  /// Requires the spill of the run that saved the state. False if the bytes in it are not those of that time.
+  bool restore(formats::NodeId subtree, StateReader& state) override;
 
   /// All nodes in id order, once every node has been taken (kInvariant otherwise). The packer is empty
   /// afterwards.
@@ -35,6 +36,7 @@ class Packer final : public NodeSink {
 
  private:
   void store(PackedNode node);
+  bool is_spilled(const PackedNode& node) const;
 
   const formats::DatasetHeader header_;
   const formats::Tree tree_;

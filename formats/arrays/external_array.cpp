@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,27 +12,55 @@
 #include "formats/error.h"
 
 namespace cairn::formats {
+
 ExternalArray::ExternalArray(std::filesystem::path path, std::uint64_t size_bytes)
-    : path_(std::move(path)), size_bytes_(size_bytes) {
+    : path_(std::move(path)) {
   descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (descriptor_ < 0) throw_system("cannot create a work array", path_, errno);
   if (size_bytes == 0) return;
-  if (const int error = ::posix_fallocate(descriptor_, 0, static_cast<off_t>(size_bytes));
-      error != 0) {
-    const std::filesystem::path failed = path_;
-    close();
-    throw_system("cannot reserve " + std::to_string(size_bytes) + " bytes for a work array", failed,
-                 error);
+  try {
+    if (const int error = ::posix_fallocate(descriptor_, 0, static_cast<off_t>(size_bytes));
+        error != 0)
+      throw_system("cannot reserve " + std::to_string(size_bytes) + " bytes for a work array",
+                   path_, error);
+    map(MAP_SHARED, size_bytes);
+  } catch (...) {
+    remove();
+    throw;
   }
-  void* mapping = ::mmap(nullptr, size_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_, 0);
-  if (mapping == MAP_FAILED) {
-    const int error = errno;
-    const std::filesystem::path failed = path_;
-    close();
-    throw_system("cannot map a work array of " + std::to_string(size_bytes) + " bytes", failed,
-                 error);
-  }
+}
+
+std::optional<ExternalArray> ExternalArray::find(const std::filesystem::path& path,
+                                                 std::uint64_t size_bytes) {
+  ExternalArray array;
+  array.descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (array.descriptor_ < 0 && errno == ENOENT) return std::nullopt;
+  if (array.descriptor_ < 0) throw_system("cannot open a work array", path, errno);
+  array.path_ = path;
+  struct stat info {};
+  if (::fstat(array.descriptor_, &info) != 0)
+    throw_system("cannot ask for the size of a work array", path, errno);
+  // A run that was killed while it reserved the space may have left less than that.
+  const auto reserved = static_cast<std::uint64_t>(info.st_blocks) * 512;
+  if (static_cast<std::uint64_t>(info.st_size) != size_bytes || reserved < size_bytes)
+    return std::nullopt;
+  if (size_bytes > 0) array.map(MAP_SHARED, size_bytes);
+  return array;
+}
+
+ExternalArray ExternalArray::in_memory(std::uint64_t size_bytes) {
+  ExternalArray array;
+  if (size_bytes > 0) array.map(MAP_PRIVATE | MAP_ANONYMOUS, size_bytes);
+  return array;
+}
+
+void ExternalArray::map(int kind, std::uint64_t size_bytes) {
+  void* mapping = ::mmap(nullptr, size_bytes, PROT_READ | PROT_WRITE, kind, descriptor_, 0);
+  if (mapping == MAP_FAILED)
+    throw_system("cannot map a work array of " + std::to_string(size_bytes) + " bytes", path_,
+                 errno);
   data_ = static_cast<std::byte*>(mapping);
+  size_bytes_ = size_bytes;
 }
 
 ExternalArray::ExternalArray(ExternalArray&& other) noexcept { *this = std::move(other); }
@@ -50,18 +79,21 @@ ExternalArray::~ExternalArray() { close(); }
 
 void ExternalArray::close() noexcept {
   if (data_ != nullptr) ::munmap(data_, size_bytes_);
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-    ::unlink(path_.c_str());
-  }
+  if (descriptor_ >= 0) ::close(descriptor_);
   data_ = nullptr;
   size_bytes_ = 0;
   descriptor_ = -1;
 }
 
+void ExternalArray::remove() {
+  close();
+  if (!path_.empty()) ::unlink(path_.c_str());
+  path_.clear();
+}
+
 void ExternalArray::release(std::uint64_t offset, std::uint64_t size_bytes) {
   CAIRN_CHECK(offset <= size_bytes_ && size_bytes <= size_bytes_ - offset);
-  if (size_bytes == 0) return;
+  if (size_bytes == 0 || descriptor_ < 0) return;
   static const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   const std::uint64_t first = offset / page * page;
   // On a shared file mapping this drops page table entries only; dirty pages stay in the page cache.

@@ -108,6 +108,18 @@ NodeId Tree::first_child(NodeId id) const {
   return NodeId{value_of(id) * fanout_ + 1};
 }
 
+std::vector<NodeId> Tree::subtree(NodeId id) const {
+  std::vector<NodeId> nodes;
+  std::uint64_t first = value_of(id);
+  std::uint64_t count = 1;
+  for (Level level = level_of(id);; ++level) {
+    for (std::uint64_t i = 0; i < count; ++i) nodes.push_back(NodeId{first + i});
+    if (level == leaf_level_) return nodes;
+    first = value_of(first_child(NodeId{first}));
+    count *= fanout_;
+  }
+}
+
 IndexRange Tree::input_range(Level level, std::uint64_t index) const {
   const std::uint64_t nodes = nodes_on(level);
   CAIRN_CHECK(level <= leaf_level_ && index < nodes);

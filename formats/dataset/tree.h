@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 namespace cairn::formats {
 
@@ -56,6 +57,9 @@ class Tree {
   NodeId parent(NodeId id) const;
   /// Requires an inner node; the other children follow it.
   NodeId first_child(NodeId id) const;
+
+  /// A node and all below it, level by level.
+  std::vector<NodeId> subtree(NodeId id) const;
 
   /// The input points below a node, as a range of the kd-order.
   IndexRange input_range(Level level, std::uint64_t index) const;

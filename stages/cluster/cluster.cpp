@@ -7,6 +7,7 @@
 #include "formats/error.h"
 #include "stages/cluster/aggregate.h"
 #include "stages/cluster/leaf_loader.h"
+#include "stages/cluster/share_state.h"
 #include "stages/cluster/splat_radius.h"
 #include "stages/parallel.h"
 
@@ -49,15 +50,56 @@ void append_block(WorkingNode& node, const WorkingNode& block) {
   node.grid = node.grid == 0 ? block.grid : std::min(node.grid, block.grid);
 }
 
+/// The units are the subtrees below the nodes of one level. What a subtree hands to the level above is kept with its unit:
+/// on a level where that is little beside the points, and where there are not too many.
+constexpr std::string_view kUnits = "cluster";
+constexpr std::uint64_t kMostUnits = 1024;
+
+Level unit_level(const Tree& tree) {
+  const Level leaf = tree.leaf_level();
+  Level level = leaf > 2 ? leaf - 2 : leaf > 0 ? leaf - 1 : 0;
+  while (level > 0 && tree.nodes_on(level) > kMostUnits) --level;
+  return level;
+}
+
 class TreeClusterer {
  public:
   TreeClusterer(const ClusterInput& input, NodeSink& sink, Context& context)
-      : in_(input), tree_(input.header.tree()), sink_(sink), context_(context) {}
+      : in_(input),
+        tree_(input.header.tree()),
+        unit_level_(unit_level(tree_)),
+        sink_(sink),
+        context_(context) {}
 
   /// Finishes the subtree below a node, hands all its nodes on, and returns the node's share of its
   /// parent (nothing for the root).
   WorkingNode visit(Level level, std::uint64_t index) {
     throw_if_stopped(context_);
+    return level == unit_level_ ? visit_unit(level, index) : finish_subtree(level, index);
+  }
+
+ private:
+  /// As visit, unless an earlier run has done it.
+  WorkingNode visit_unit(Level level, std::uint64_t index) {
+    const NodeId id = tree_.id(level, index);
+    if (const auto known = finished_unit(context_, kUnits, value_of(id))) {
+      StateReader state(*known);
+      WorkingNode share = get_share(state);
+      if (sink_.restore(id, state)) {
+        context_.progress->advance(tree_.input_range(level, index).count);
+        return share;
+      }
+    }
+    WorkingNode share = finish_subtree(level, index);
+    if (context_.units == nullptr) return share;
+    StateWriter state;
+    put_share(state, share);
+    sink_.save(id, state);
+    context_.units->finish(kUnits, value_of(id), state.bytes());
+    return share;
+  }
+
+  WorkingNode finish_subtree(Level level, std::uint64_t index) {
     const NodeId id = tree_.id(level, index);
     const bool leaf = level == tree_.leaf_level();
     WorkingNode node = leaf ? load(index) : gather(level, index);
@@ -84,10 +126,10 @@ class TreeClusterer {
     return share;
   }
 
- private:
   WorkingNode load(std::uint64_t index) {
     const IndexRange range = tree_.input_range(tree_.leaf_level(), index);
     const std::uint64_t offset = range.first * in_.stride, size_bytes = range.count * in_.stride;
+    if (in_.records.size_bytes() == 0) throw WorkLost{};  // all had been clustered, it was told
     WorkingNode leaf =
         load_leaf(in_.header, in_.records.bytes().subspan(offset, size_bytes), in_.stride);
     in_.records.release(offset, size_bytes);
@@ -167,6 +209,7 @@ class TreeClusterer {
 
   const ClusterInput& in_;
   const Tree tree_;
+  const Level unit_level_;
   NodeSink& sink_;
   Context& context_;
 };
@@ -187,6 +230,7 @@ void cluster(const ClusterInput& input, NodeSink& sink, Context& context) {
   const std::uint64_t worker_bytes = cluster_worker_bytes(input.header.tree(), input.stride);
   run_in_arena(workers_within(context, worker_bytes),
                [&] { TreeClusterer(input, sink, context).visit(0, 0); });
+  finish_unit(context, kUnits, kStageDone, {});
   context.progress->end();
 }
 

@@ -15,7 +15,8 @@
 namespace cairn::stages {
 
 struct ClusterInput {
-  /// All records in kd-order: 12-byte grid position, then the attributes of formats::record_schema.
+  /// All records in kd-order: 12-byte grid position, then the attributes of formats::record_schema. May be empty where an
+  /// earlier run was done with them.
   formats::ExternalArray& records;
   std::size_t stride;
   const formats::DatasetHeader& header;

@@ -1,15 +1,18 @@
 #include "stages/estimate/estimate.h"
 
+#include <atomic>
 #include <cstring>
 #include <utility>
 
 #include "formats/bytes.h"
+#include "formats/checksum.h"
 #include "formats/error.h"
 #include "stages/estimate/distinct_positions.h"
 #include "stages/estimate/leaf_boxes.h"
 #include "stages/estimate/neighborhoods.h"
 #include "stages/estimate/surface.h"
 #include "stages/parallel.h"
+#include "stages/unit_state.h"
 
 namespace cairn::stages {
 
@@ -21,6 +24,10 @@ namespace {
 
 constexpr std::size_t kNumberBytes = sizeof(std::uint32_t);
 
+/// The units are groups of leaves, one after the other.
+constexpr std::string_view kUnits = "estimate";
+constexpr std::uint64_t kMostUnits = 1024;
+
 struct Estimated {
   NormalVector normal{};
   float radius = 0;
@@ -29,20 +36,62 @@ struct Estimated {
 class Estimator {
  public:
   Estimator(const EstimateInput& input, const EstimateOptions& options, EstimatedPoints& output,
-            const Context& context)
-      : in_(input), options_(options), out_(output), context_(context) {}
+            bool again, const Context& context)
+      : in_(input), options_(options), out_(output), again_(again), context_(context) {}
 
   void run() {
-    const std::uint64_t leaves = in_.tree.nodes_on(in_.tree.leaf_level());
-    std::vector<GridBox> leaf_boxes(leaves);
-    for_each_piece(leaves, [&](std::uint64_t leaf) { leaf_boxes[leaf] = box_of(leaf); });
+    std::vector<GridBox> leaf_boxes(leaves());
+    for_each_piece(leaves(), [&](std::uint64_t leaf) { leaf_boxes[leaf] = box_of(leaf); });
     const LeafBoxes boxes(in_.tree, in_.grid.step, std::move(leaf_boxes));
     const NeighborhoodFinder finder(in_.records, in_.stride, boxes, options_.neighbors);
-    for_each_piece(leaves,
-                   [&](std::uint64_t leaf) { estimate_leaf(leaf, boxes.leaf(leaf), finder); });
+    for_each_piece(units(), [&](std::uint64_t unit) {
+      if (is_done(unit)) return context_.progress->advance(points_of(unit).count);
+      const IndexRange group = leaves_of(unit);
+      for_each_piece(group.count, [&](std::uint64_t i) {
+        const std::uint64_t leaf = group.first + i;
+        estimate_leaf(leaf, boxes.leaf(leaf), finder);
+      });
+      finish_unit(context_, kUnits, unit, StateWriter().put(checksum_of(unit)).bytes());
+    });
+  }
+
+  /// Whether an earlier run has estimated all, and it is still there.
+  bool all_done() {
+    std::atomic<bool> all = finished_unit(context_, kUnits, kStageDone).has_value();
+    if (all)
+      for_each_piece(units(), [&](std::uint64_t unit) {
+        if (!is_done(unit)) all = false;
+      });
+    return all;
   }
 
  private:
+  std::uint64_t leaves() const { return in_.tree.nodes_on(in_.tree.leaf_level()); }
+  std::uint64_t units() const { return std::min(leaves(), kMostUnits); }
+  IndexRange leaves_of(std::uint64_t unit) const {
+    const std::uint64_t first = unit * leaves() / units();
+    return {first, (unit + 1) * leaves() / units() - first};
+  }
+  IndexRange points_of(std::uint64_t unit) const {
+    const IndexRange group = leaves_of(unit);
+    const std::uint64_t first = range_of(group.first).first;
+    return {first, range_of(group.end() - 1).end() - first};
+  }
+  std::uint64_t checksum_of(std::uint64_t unit) const {
+    const IndexRange points = points_of(unit);
+    const std::uint64_t at = points.first * out_.stride, size_bytes = points.count * out_.stride;
+    const std::uint64_t checksum = formats::checksum_of(out_.array.bytes().subspan(at, size_bytes));
+    out_.array.release(at, size_bytes);
+    return checksum;
+  }
+  bool is_done(std::uint64_t unit) const {
+    const auto state = again_ ? finished_unit(context_, kUnits, unit) : std::nullopt;
+    if (!state) return false;
+    std::uint64_t checksum = 0;
+    StateReader(*state).get(checksum);
+    return checksum == checksum_of(unit);
+  }
+
   IndexRange range_of(std::uint64_t leaf) const {
     return in_.tree.input_range(in_.tree.leaf_level(), leaf);
   }
@@ -111,6 +160,7 @@ class Estimator {
   const EstimateInput& in_;
   const EstimateOptions& options_;
   EstimatedPoints& out_;
+  bool again_;  ///< an earlier run has left work in the output
   const Context& context_;
 };
 
@@ -136,10 +186,18 @@ EstimatedPoints estimate(const EstimateInput& input, const EstimateOptions& opti
   CAIRN_CHECK(options.neighbors >= 3);
   EstimatedPoints output;
   output.stride = estimated_stride(input.stride, input.numbered, options);
-  output.array = context.make_array("estimate", input.tree.points() * output.stride);
+  const std::uint64_t size_bytes = input.tree.points() * output.stride;
+  auto found = find_array(context, "estimate", size_bytes);
+  const bool again = found.has_value();
+  output.array = again ? std::move(*found) : context.make_array("estimate", size_bytes);
   context.progress->begin("estimate", input.tree.points());
-  run_in_arena(workers_within(context, worker_bytes(input, options, output.stride)),
-               [&] { Estimator(input, options, output, context).run(); });
+  run_in_arena(workers_within(context, worker_bytes(input, options, output.stride)), [&] {
+    Estimator estimator(input, options, output, again, context);
+    if (estimator.all_done()) return context.progress->advance(input.tree.points());
+    if (input.records.size_bytes() == 0) throw WorkLost{};
+    estimator.run();
+    finish_unit(context, kUnits, kStageDone, {});
+  });
   context.progress->end();
   return output;
 }

@@ -22,7 +22,7 @@ struct EstimateOptions {
 };
 
 struct EstimateInput {
-  /// All records in kd-order, `stride` bytes each: 12-byte grid position, attributes, then, if `numbered`,
+  /// May be empty where an earlier run was done with them. All records in kd-order, `stride` bytes each: 12-byte grid position, attributes, then, if `numbered`,
   /// the number of the record's scan as a u32.
   formats::ExternalArray& records;
   std::size_t stride;

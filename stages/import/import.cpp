@@ -6,10 +6,12 @@
 #include <limits>
 #include <numeric>
 
+#include "formats/checksum.h"
 #include "formats/error.h"
 #include "stages/import/campaign_schema.h"
 #include "stages/import/grid_choice.h"
 #include "stages/parallel.h"
+#include "stages/unit_state.h"
 
 namespace cairn::stages {
 
@@ -25,12 +27,33 @@ struct Stretch {
   std::size_t stretch;
   std::uint64_t first_slot;
   std::uint64_t capacity;
-  // Filled by reading:
+};
+
+/// What reading a stretch found.
+struct Reading {
   std::uint64_t read = 0;
   std::uint64_t kept = 0;
   std::uint64_t no_return = 0;
   ScanBox box = {};
+  std::uint64_t checksum = 0;  ///< of its records in the array
 };
+
+/// The units of import are its stretches; when all are read, the grid.
+constexpr std::string_view kUnits = "import";
+
+template <typename T>
+std::optional<T> recalled(const Context& context, std::uint64_t unit) {
+  const auto state = finished_unit(context, kUnits, unit);
+  if (!state) return std::nullopt;
+  T value;
+  StateReader(*state).get(value);
+  return value;
+}
+
+template <typename T>
+void remember(const Context& context, std::uint64_t unit, const T& value) {
+  finish_unit(context, kUnits, unit, StateWriter().put(value).bytes());
+}
 
 std::vector<const ScanInfo*> infos_of(const Scans& scans) {
   std::vector<const ScanInfo*> infos;
@@ -78,30 +101,44 @@ formats::RecordLayout native_layout(const formats::Schema& schema, const Scans& 
   return layout;
 }
 
-void read_stretch(const formats::ScanReader& scan, const RecordConverter& converter,
-                  ImportedPoints& points, Stretch& stretch, const Context& context) {
+Reading read_stretch(const formats::ScanReader& scan, const RecordConverter& converter,
+                     ImportedPoints& points, const Stretch& stretch, const Context& context) {
+  Reading reading;
+  formats::RunningChecksum checksum;
   const std::size_t stride = points.stride;
   formats::ExternalArray& array = points.array;
   std::uint64_t at = stretch.first_slot * stride;
   scan.read(stretch.stretch, [&](const PointBlock& block) {
     throw_if_stopped(context);
     const std::uint64_t records = block.count + block.no_return;
-    CAIRN_CHECK(records <= stretch.capacity - stretch.read);
+    CAIRN_CHECK(records <= stretch.capacity - reading.read);
     std::byte* out = array.bytes().data() + at;
     const std::size_t kept = converter.convert(block, out);
     for (std::size_t i = 0; i < kept; ++i) {
-      stretch.box.add(native_position(out + i * stride, scan.info().encoding));
+      reading.box.add(native_position(out + i * stride, scan.info().encoding));
       if (points.numbered)
         formats::store_le(out + (i + 1) * stride - sizeof(std::uint32_t),
                           static_cast<std::uint32_t>(stretch.scan));
     }
-    stretch.read += records;
-    stretch.kept += kept;
-    stretch.no_return += block.no_return;
+    reading.read += records;
+    reading.kept += kept;
+    reading.no_return += block.no_return;
+    checksum.add(std::span(out, kept * stride));
     array.release(at, kept * stride);
     at += kept * stride;
     context.progress->advance(records);
   });
+  reading.checksum = checksum.value();
+  return reading;
+}
+
+/// Whether the records that an earlier run read still stand in the array.
+bool still_there(ImportedPoints& points, const Stretch& stretch, const Reading& reading) {
+  const std::uint64_t at = stretch.first_slot * points.stride;
+  const std::uint64_t size_bytes = reading.kept * points.stride;
+  const std::uint64_t checksum = formats::checksum_of(points.array.bytes().subspan(at, size_bytes));
+  points.array.release(at, size_bytes);
+  return checksum == reading.checksum;
 }
 
 /// A worker holds a block as raw bytes, as columns and as records of `stride` bytes, and what its reader needs.
@@ -231,14 +268,15 @@ ScanExtent extent_of(ImportedPoints& points, std::size_t scan, const ScanInfo& i
   return extent;
 }
 
-void fix_grid(ImportedPoints& points, const Scans& scans, const std::vector<Stretch>& stretches,
-              std::optional<double> resolution) {
-  std::vector<ScanBox> boxes(scans.size());
-  for (const Stretch& stretch : stretches) boxes[stretch.scan].add(stretch.box);
+formats::Grid fix_grid(ImportedPoints& points, const Scans& scans,
+                       const std::vector<ScanBox>& boxes, std::optional<double> resolution) {
   std::vector<ScanExtent> extents;
   for (std::size_t s = 0; s < scans.size(); ++s)
     extents.push_back(extent_of(points, s, scans[s]->info(), boxes[s]));
-  points.grid = choose_grid(extents, resolution);
+  return choose_grid(extents, resolution);
+}
+
+void map_to_grid(ImportedPoints& points, const Scans& scans, const std::vector<ScanBox>& boxes) {
   for (std::size_t s = 0; s < scans.size(); ++s) {
     points.maps.emplace_back(scans[s]->info(), points.grid);
     if (boxes[s].empty()) continue;
@@ -250,19 +288,51 @@ void fix_grid(ImportedPoints& points, const Scans& scans, const std::vector<Stre
   }
 }
 
-void keep_ledger(ImportedPoints& points, const Scans& scans,
-                 const std::vector<Stretch>& stretches) {
+void keep_ledger(ImportedPoints& points, const Scans& scans, const std::vector<Stretch>& stretches,
+                 const std::vector<Reading>& readings) {
   points.ledger.resize(scans.size());
   for (std::size_t s = 0; s < scans.size(); ++s)
     points.ledger[s].claimed = scans[s]->info().claimed_points;
-  for (const Stretch& stretch : stretches) {
-    points.ledger[stretch.scan].read += stretch.read;
-    points.ledger[stretch.scan].kept += stretch.kept;
-    points.ledger[stretch.scan].no_return += stretch.no_return;
-    points.points += stretch.kept;
-    if (stretch.kept > 0)
-      points.runs.push_back({stretch.scan, stretch.first_slot * points.stride, stretch.kept});
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const std::size_t scan = stretches[i].scan;
+    points.ledger[scan].read += readings[i].read;
+    points.ledger[scan].kept += readings[i].kept;
+    points.ledger[scan].no_return += readings[i].no_return;
+    points.points += readings[i].kept;
+    if (readings[i].kept > 0)
+      points.runs.push_back({scan, stretches[i].first_slot * points.stride, readings[i].kept});
   }
+}
+
+std::vector<ScanBox> boxes_of(std::size_t scans, const std::vector<Stretch>& stretches,
+                              const std::vector<Reading>& readings) {
+  std::vector<ScanBox> boxes(scans);
+  for (std::size_t i = 0; i < stretches.size(); ++i) boxes[stretches[i].scan].add(readings[i].box);
+  return boxes;
+}
+
+/// Reads all stretches into the array; `again`: but those that an earlier run has left there.
+void read_stretches(const Scans& scans, const std::vector<Stretch>& stretches, bool again,
+                    const formats::RecordLayout& layout, ImportedPoints& points,
+                    std::vector<Reading>& readings, const Context& context) {
+  const auto infos = infos_of(scans);
+  const bool wide = guessed_colors_are_wide(infos);
+  std::vector<RecordConverter> converters;
+  converters.reserve(infos.size());
+  for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout, wide);
+  const auto read = [&](std::uint64_t i) {
+    const Stretch& stretch = stretches[i];
+    const auto known = again ? recalled<Reading>(context, i) : std::nullopt;
+    if (known && still_there(points, stretch, *known)) {
+      readings[i] = *known;
+      return context.progress->advance(known->read);
+    }
+    readings[i] =
+        read_stretch(*scans[stretch.scan], converters[stretch.scan], points, stretch, context);
+    remember(context, i, readings[i]);
+  };
+  run_in_arena(reading_workers(scans, layout.stride, context),
+               [&] { for_each_piece(stretches.size(), read); });
 }
 
 }  // namespace
@@ -296,28 +366,35 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
                         .points = 0};
   const formats::RecordLayout layout = native_layout(points.schema, scans, options.number_scans);
   points.stride = layout.stride;
-  points.array = context.make_array("import", size_bytes);
 
-  std::vector<Stretch> stretches = list_stretches(scans);
-  std::vector<RecordConverter> converters;
-  converters.reserve(infos.size());
-  const bool wide = guessed_colors_are_wide(infos);
-  for (const ScanInfo* info : infos) converters.emplace_back(*info, points.schema, layout, wide);
+  const std::vector<Stretch> stretches = list_stretches(scans);
+  std::vector<Reading> readings(stretches.size());
+  const auto grid = recalled<formats::Grid>(context, kStageDone);
+  auto found = find_array(context, "import", size_bytes);
+  const bool again = found.has_value();
   context.progress->begin("import", size_bytes / layout.stride);
-  run_in_arena(reading_workers(scans, layout.stride, context), [&] {
-    for_each_piece(stretches.size(), [&](std::uint64_t i) {
-      Stretch& stretch = stretches[i];
-      read_stretch(*scans[stretch.scan], converters[stretch.scan], points, stretch, context);
-    });
-  });
-  keep_ledger(points, scans, stretches);
+  if (grid && !again) {
+    // The split has taken the records over: what is to be known of them is.
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      const auto known = recalled<Reading>(context, i);
+      if (!known) throw WorkLost{};
+      readings[i] = *known;
+    }
+  } else {
+    points.array = again ? std::move(*found) : context.make_array("import", size_bytes);
+    read_stretches(scans, stretches, again, layout, points, readings, context);
+  }
+  keep_ledger(points, scans, stretches, readings);
   context.progress->end();
   if (points.points == 0)
     formats::throw_input({.what = "no usable point in the campaign",
                           .path = infos.empty() ? std::filesystem::path{} : infos.front()->path,
                           .found = "0 points with finite coordinates",
                           .expected = "at least one"});
-  fix_grid(points, scans, stretches, options.resolution);
+  const std::vector<ScanBox> boxes = boxes_of(scans.size(), stretches, readings);
+  points.grid = grid ? *grid : fix_grid(points, scans, boxes, options.resolution);
+  if (!grid) remember(context, kStageDone, points.grid);
+  map_to_grid(points, scans, boxes);
   return points;
 }
 

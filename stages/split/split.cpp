@@ -2,9 +2,11 @@
 
 #include <utility>
 
+#include "formats/checksum.h"
 #include "formats/schema.h"
 #include "stages/parallel.h"
 #include "stages/split/partition.h"
+#include "stages/unit_state.h"
 
 namespace cairn::stages {
 
@@ -19,14 +21,65 @@ namespace {
 /// Nodes of fewer records are divided by one worker; siblings then run side by side.
 constexpr std::uint64_t kParallelRecords = 1 << 20;
 
+/// A unit is a node that is divided on the disk, or a whole subtree that is split in memory; its number is the node's.
+constexpr std::string_view kUnits = "split";
+/// The unit that tells on which level subtrees are split in memory.
+constexpr std::uint64_t kMemoryLevelUnit = kStageDone - 1;
+
+/// What a unit leaves: its children, or, of a subtree, itself.
+struct Parts {
+  std::vector<GridBox> boxes;
+  std::vector<std::uint64_t> checksums;  ///< of their records
+};
+
+/// Records of consecutive numbers in an array.
+struct Place {
+  ExternalArray* array = nullptr;
+  std::uint64_t first_record = 0;  ///< number of the array's first
+};
+
 class Splitter {
  public:
-  Splitter(const Tree& tree, std::size_t stride, const std::array<double, 3>& step,
+  /// `again`: an earlier run has left work in the arrays. Throws WorkLost where this run cannot go on with it.
+  Splitter(const Tree& tree, std::size_t stride, const std::array<double, 3>& step, bool again,
            Context& context)
-      : tree_(tree), stride_(stride), step_(step), context_(context) {}
+      : tree_(tree), stride_(stride), step_(step), again_(again), context_(context) {
+    memory_level_ = choose_memory_level();
+  }
 
-  /// Maps the imported records to the grid and divides the root. A tree of one leaf is just mapped.
-  std::vector<GridBox> split_root(ImportedPoints& imported, ExternalArray& to) const {
+  /// Whether leaves end in the array that holds the nodes of level 2, and not in that of level 1.
+  bool ends_in_second() const {
+    if (tree_.leaf_level() == 0) return false;
+    const bool changes_sides = memory_level_ < tree_.leaf_level();
+    return (memory_level_ % 2 == 0) != changes_sides;
+  }
+
+  bool is_done() const { return again_ && finished_unit(context_, kUnits, kStageDone); }
+  void finish() const { finish_unit(context_, kUnits, kStageDone, {}); }
+
+  /// Whether all records of a split that is done are still there.
+  bool is_intact(ExternalArray& array) const {
+    const bool in_memory = memory_level_ < tree_.leaf_level();
+    const Level level = in_memory ? memory_level_ : std::max<Level>(1, tree_.leaf_level()) - 1;
+    for (std::uint64_t index = 0; index < tree_.nodes_on(level); ++index) {
+      const auto parts = recalled(unit_of(level, index));
+      const auto ranges =
+          in_memory ? std::vector{tree_.input_range(level, index)} : child_ranges(level, index);
+      if (!parts || !intact(array, ranges, parts->checksums)) return false;
+    }
+    return true;
+  }
+
+  /// Maps the imported records to the grid and divides the root into `to`. A tree of one leaf is just mapped.
+  Parts split_root(ImportedPoints& imported, ExternalArray& to) const {
+    const IndexRange all = tree_.input_range(0, 0);
+    if (auto known = recalled(0)) {
+      if (tree_.leaf_level() > 0 || intact(to, {all}, known->checksums)) {
+        context_.progress->advance(all.count);
+        return std::move(*known);
+      }
+    }
+    if (imported.array.size_bytes() == 0) throw WorkLost{};
     std::vector<Slab> slabs;
     const std::uint64_t records = slab_records(imported.stride);
     for (const RecordRun& run : imported.runs)
@@ -34,61 +87,186 @@ class Splitter {
         slabs.push_back({&imported.array, run.first_byte + done * imported.stride,
                          std::min(records, run.count - done), imported.stride,
                          imported.native_position_bytes, &imported.maps[run.scan]});
-    return divide(slabs, imported.box, starts_of_children(0, 0), to, 0);
+    return divide_as_unit(0, 0, slabs, imported.box, to);
   }
 
-  /// Divides a node below the root, whose records stand in `from`, and all nodes below it. Its children
-  /// stand in `to`, theirs in `from` again: all leaves end in the same array.
-  void split_below(Level level, std::uint64_t index, const GridBox& box, ExternalArray& from,
-                   ExternalArray& to) const {
-    if (level == tree_.leaf_level()) return;
-    throw_if_stopped(context_);
-    const IndexRange range = tree_.input_range(level, index);
-    std::vector<Slab> slabs;
-    const std::uint64_t records = slab_records(stride_);
-    for (std::uint64_t done = 0; done < range.count; done += records)
-      slabs.push_back(
-          {&from, (range.first + done) * stride_, std::min(records, range.count - done), stride_});
-    const auto boxes = divide(slabs, box, starts_of_children(level, index), to, range.first);
-    split_children(level, index, boxes, to, from);
-  }
-
-  void split_children(Level level, std::uint64_t index, const std::vector<GridBox>& boxes,
-                      ExternalArray& from, ExternalArray& to) const {
-    const std::uint64_t first = index * tree_.fanout();
+  /// Splits the children of a node, whose records stand in `from`.
+  void split_children(Level level, std::uint64_t index, const Parts& children, ExternalArray& from,
+                      ExternalArray& to) const {
     const auto child = [&](std::uint64_t i) {
-      split_below(level + 1, first + i, boxes[i], from, to);
-      const IndexRange range = tree_.input_range(level + 1, first + i);
-      // The top node that fits in memory is done with: its pages make room for the next.
-      if (!fits(tree_.input_range(level, index).count) && fits(range.count)) {
-        from.release(range.first * stride_, range.count * stride_);
-        to.release(range.first * stride_, range.count * stride_);
-      }
+      split_below(level + 1, index * tree_.fanout() + i, children.boxes[i], children.checksums[i],
+                  from, to);
     };
-    if (fits(tree_.input_range(level, index).count)) return for_each_piece(boxes.size(), child);
-    for (std::uint64_t i = 0; i < boxes.size(); ++i) child(i);
+    if (fits(tree_.input_range(level, index).count))
+      return for_each_piece(children.boxes.size(), child);
+    for (std::uint64_t i = 0; i < children.boxes.size(); ++i) child(i);
   }
 
  private:
-  /// Ranks at which the children of a node begin, and the number of its records.
-  std::vector<std::uint64_t> starts_of_children(Level level, std::uint64_t index) const {
-    const IndexRange range = tree_.input_range(level, index);
-    std::vector<std::uint64_t> starts;
-    if (level == tree_.leaf_level()) return {0, range.count};
-    for (std::uint64_t i = 0; i < tree_.fanout(); ++i)
-      starts.push_back(tree_.input_range(level + 1, index * tree_.fanout() + i).first -
-                       range.first);
-    starts.push_back(range.count);
-    return starts;
+  /// The first level below the root whose nodes fit in memory; where none does, that of the leaves.
+  Level choose_memory_level() const {
+    Level level = std::min<Level>(1, tree_.leaf_level());
+    while (level < tree_.leaf_level() && !fits(tree_.input_range(level, 0).count)) ++level;
+    if (const auto state = finished_unit(context_, kUnits, kMemoryLevelUnit); again_ && state) {
+      Level before = 0;
+      StateReader(*state).get(before);
+      if (before < level) throw WorkLost{};  // there is less memory than there was
+      return before;
+    }
+    finish_unit(context_, kUnits, kMemoryLevelUnit, StateWriter().put(level).bytes());
+    return level;
   }
 
-  std::vector<GridBox> divide(const std::vector<Slab>& slabs, const GridBox& box,
-                              const std::vector<std::uint64_t>& starts, ExternalArray& to,
-                              std::uint64_t first_record) const {
-    const std::uint64_t count = starts.back();
-    const PassMode mode{
-        .context = context_, .parallel = count >= kParallelRecords, .release = !fits(count)};
-    return partition(slabs, box, step_, starts, {&to, first_record * stride_, stride_}, mode);
+  std::optional<Parts> recalled(std::uint64_t unit) const {
+    const auto state = again_ ? finished_unit(context_, kUnits, unit) : std::nullopt;
+    if (!state) return std::nullopt;
+    Parts parts;
+    StateReader reader(*state);
+    reader.get(parts.boxes);
+    reader.get(parts.checksums);
+    return parts;
+  }
+
+  void remember(std::uint64_t unit, const Parts& parts) const {
+    finish_unit(context_, kUnits, unit,
+                StateWriter().put(parts.boxes).put(parts.checksums).bytes());
+  }
+
+  std::uint64_t unit_of(Level level, std::uint64_t index) const {
+    return formats::value_of(tree_.id(level, index));
+  }
+
+  /// Splits a node below the root, whose records stand in `from`.
+  void split_below(Level level, std::uint64_t index, const GridBox& box, std::uint64_t checksum,
+                   ExternalArray& from, ExternalArray& to) const {
+    if (level == tree_.leaf_level()) return;
+    throw_if_stopped(context_);
+    if (level >= memory_level_) return split_subtree(level, index, box, checksum, from, to);
+    const std::vector<IndexRange> ranges = child_ranges(level, index);
+    auto children = recalled(unit_of(level, index));
+    // Of children that are divided themselves only those are looked at that have not been yet, one by one.
+    if (children && level + 1 == tree_.leaf_level() && !intact(to, ranges, children->checksums))
+      children.reset();
+    if (children) {
+      context_.progress->advance(tree_.input_range(level, index).count);
+    } else {
+      require_source(level, index, checksum, from);
+      children = divide_as_unit(level, index, slabs_of({&from, 0}, level, index), box, to);
+    }
+    split_children(level, index, *children, to, from);
+  }
+
+  /// Divides a node into `to`, and what it leaves is told to the log.
+  Parts divide_as_unit(Level level, std::uint64_t index, const std::vector<Slab>& slabs,
+                       const GridBox& box, ExternalArray& to) const {
+    Parts parts;
+    parts.boxes = divide(level, index, slabs, box, {&to, 0});
+    parts.checksums = checksums_of(to, child_ranges(level, index));
+    remember(unit_of(level, index), parts);
+    return parts;
+  }
+
+  /// Splits the subtree below a node of the memory level as one unit: from `from` to `to`, and in memory between.
+  void split_subtree(Level level, std::uint64_t index, const GridBox& box, std::uint64_t checksum,
+                     ExternalArray& from, ExternalArray& to) const {
+    const IndexRange range = tree_.input_range(level, index);
+    const auto known = recalled(unit_of(level, index));
+    if (known && intact(to, {range}, known->checksums)) {
+      context_.progress->advance(range.count * (tree_.leaf_level() - level));
+      return;
+    }
+    require_source(level, index, checksum, from);
+    ExternalArray between;
+    if (tree_.leaf_level() - level > 1) between = ExternalArray::in_memory(range.count * stride_);
+    const Place places[] = {{&to, 0}, {&between, range.first}};
+    const auto boxes =
+        divide(level, index, slabs_of({&from, 0}, level, index), box, target(level, places));
+    from.release(range.first * stride_, range.count * stride_);
+    split_in_memory(level, index, boxes, places);
+    remember(unit_of(level, index), {{box}, checksums_of(to, {range})});
+  }
+
+  /// The leaves' place is the first; the levels above change sides.
+  Place target(Level level, std::span<const Place, 2> places) const {
+    return places[(tree_.leaf_level() - 1 - level) % 2];
+  }
+
+  /// Splits the children of a node, whose boxes these are.
+  void split_in_memory(Level level, std::uint64_t index, const std::vector<GridBox>& boxes,
+                       std::span<const Place, 2> places) const {
+    if (level + 1 == tree_.leaf_level()) return;
+    for_each_piece(boxes.size(), [&](std::uint64_t i) {
+      throw_if_stopped(context_);
+      const std::uint64_t child = index * tree_.fanout() + i;
+      const std::vector<Slab> slabs = slabs_of(target(level, places), level + 1, child);
+      split_in_memory(level + 1, child,
+                      divide(level + 1, child, slabs, boxes[i], target(level + 1, places)), places);
+    });
+  }
+
+  std::vector<Slab> slabs_of(const Place& place, Level level, std::uint64_t index) const {
+    const IndexRange range = tree_.input_range(level, index);
+    const std::uint64_t records = slab_records(stride_);
+    std::vector<Slab> slabs;
+    for (std::uint64_t done = 0; done < range.count; done += records)
+      slabs.push_back({place.array, (range.first - place.first_record + done) * stride_,
+                       std::min(records, range.count - done), stride_});
+    return slabs;
+  }
+
+  /// Where the children of a node stand; a leaf, which may be the root, is its only child.
+  std::vector<IndexRange> child_ranges(Level level, std::uint64_t index) const {
+    if (level == tree_.leaf_level()) return {tree_.input_range(level, index)};
+    std::vector<IndexRange> ranges;
+    for (std::uint64_t i = 0; i < tree_.fanout(); ++i)
+      ranges.push_back(tree_.input_range(level + 1, index * tree_.fanout() + i));
+    return ranges;
+  }
+
+  std::vector<GridBox> divide(Level level, std::uint64_t index, const std::vector<Slab>& slabs,
+                              const GridBox& box, const Place& to) const {
+    const IndexRange range = tree_.input_range(level, index);
+    std::vector<std::uint64_t> starts;  // ranks at which children begin, and the number of records
+    for (const IndexRange& child : child_ranges(level, index))
+      starts.push_back(child.first - range.first);
+    starts.push_back(range.count);
+    const PassMode mode{.context = context_,
+                        .parallel = range.count >= kParallelRecords,
+                        .release = !fits(range.count)};
+    return partition(slabs, box, step_, starts,
+                     {to.array, (range.first - to.first_record) * stride_, stride_}, mode);
+  }
+
+  std::vector<std::uint64_t> checksums_of(ExternalArray& array,
+                                          const std::vector<IndexRange>& ranges) const {
+    std::vector<std::uint64_t> checksums(ranges.size());
+    for_each_piece(ranges.size(),
+                   [&](std::uint64_t i) { checksums[i] = checksum_of(array, ranges[i]); });
+    return checksums;
+  }
+
+  /// Of stretches of records, each given back if all together would not fit.
+  std::uint64_t checksum_of(ExternalArray& array, const IndexRange& range) const {
+    formats::RunningChecksum checksum;
+    for (std::uint64_t done = 0; done < range.count; done += slab_records(stride_)) {
+      throw_if_stopped(context_);
+      const std::uint64_t at = (range.first + done) * stride_;
+      const std::uint64_t size_bytes =
+          std::min(slab_records(stride_), range.count - done) * stride_;
+      checksum.add(array.bytes().subspan(at, size_bytes));
+      if (!fits(tree_.points())) array.release(at, size_bytes);
+    }
+    return checksum.value();
+  }
+
+  bool intact(ExternalArray& array, const std::vector<IndexRange>& ranges,
+              const std::vector<std::uint64_t>& checksums) const {
+    return checksums_of(array, ranges) == checksums;
+  }
+
+  void require_source(Level level, std::uint64_t index, std::uint64_t checksum,
+                      ExternalArray& from) const {
+    if (again_ && checksum_of(from, tree_.input_range(level, index)) != checksum) throw WorkLost{};
   }
 
   /// Both copies of a node's records, source and target, within half of the memory.
@@ -99,6 +277,8 @@ class Splitter {
   const Tree& tree_;
   std::size_t stride_;
   std::array<double, 3> step_;
+  bool again_;
+  Level memory_level_;
   Context& context_;
 };
 
@@ -106,21 +286,33 @@ class Splitter {
 
 SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context) {
   const std::size_t stride = imported.stride - imported.native_position_bytes + 12;
+  const std::uint64_t size_bytes = imported.points * stride;
   const Level levels = tree.leaf_level();
+  auto first = find_array(context, "split-a", size_bytes);
+  auto second = find_array(context, "split-b", size_bytes);
+  const Splitter splitter(tree, stride, imported.grid.step, first || second, context);
+  auto& last = splitter.ends_in_second() ? second : first;
+  auto& other = splitter.ends_in_second() ? first : second;
   context.progress->begin("split", imported.points * std::max<Level>(1, levels));
-  ExternalArray first = context.make_array("split-a", imported.points * stride);
-  const Splitter splitter(tree, stride, imported.grid.step, context);
-  ExternalArray second;
   // A worker holds the slab that it reads and what it writes of it.
   run_in_arena(workers_within(context, 2 * kSlabBytes), [&] {
-    const std::vector<GridBox> boxes = splitter.split_root(imported, first);
-    imported.array = ExternalArray{};
-    if (levels > 1) second = context.make_array("split-b", imported.points * stride);
-    if (levels > 0) splitter.split_children(0, 0, boxes, first, second);
+    if (splitter.is_done()) {
+      if (!last || !splitter.is_intact(*last)) throw WorkLost{};
+      return;
+    }
+    if (second && !first) throw WorkLost{};
+    if (!first) first = context.make_array("split-a", size_bytes);
+    const Parts children = splitter.split_root(imported, *first);
+    imported.array.remove();
+    if (levels > 1) {
+      if (!second) second = context.make_array("split-b", size_bytes);
+      splitter.split_children(0, 0, children, *first, *second);
+    }
+    splitter.finish();
   });
   context.progress->end();
-  // The root pass fills `first`; every further level changes sides.
-  return {levels > 1 && levels % 2 == 0 ? std::move(second) : std::move(first), stride};
+  if (other) other->remove();
+  return {std::move(*last), stride};
 }
 
 }  // namespace cairn::stages

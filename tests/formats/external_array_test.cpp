@@ -48,7 +48,7 @@ TEST_F(ExternalArrayTest, ReadsAsZerosAndIsReservedOnDisk) {
   EXPECT_GE(status.st_blocks * 512, 3 * kMiB + 5);
 }
 
-TEST_F(ExternalArrayTest, TakesItsFileAlongAndRemovesIt) {
+TEST_F(ExternalArrayTest, TakesItsFileAlongAndRemovesItWhenAsked) {
   static_assert(!std::is_copy_constructible_v<ExternalArray>);
   {
     ExternalArray array(path(), 100);
@@ -56,9 +56,36 @@ TEST_F(ExternalArrayTest, TakesItsFileAlongAndRemovesIt) {
     ExternalArray moved = std::move(array);
     EXPECT_EQ(moved.bytes()[99], std::byte{7});
     moved = ExternalArray(folder_ / "other", 10);
-    EXPECT_FALSE(std::filesystem::exists(path()));
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "other"));
+    EXPECT_TRUE(std::filesystem::exists(path()));
+    moved.remove();
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "other"));
+    EXPECT_EQ(moved.size_bytes(), 0U);
   }
+  EXPECT_TRUE(std::filesystem::exists(path()));
+}
+
+TEST_F(ExternalArrayTest, IsFoundAgainWithWhatItHeld) {
+  ExternalArray(path(), 3 * kMiB).bytes()[2 * kMiB] = std::byte{9};
+  const auto found = ExternalArray::find(path(), 3 * kMiB);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->bytes()[2 * kMiB], std::byte{9});
+  EXPECT_FALSE(ExternalArray::find(path(), 3 * kMiB + 1));
+  EXPECT_FALSE(ExternalArray::find(folder_ / "other", 3 * kMiB));
+}
+
+TEST_F(ExternalArrayTest, WhatWasNotReservedToTheEndIsNotFound) {
+  std::ofstream(path()) << "x";
+  std::filesystem::resize_file(path(),
+                               3 * kMiB);  // a hole: the disk may be full when it is written
+  EXPECT_FALSE(ExternalArray::find(path(), 3 * kMiB));
+}
+
+TEST_F(ExternalArrayTest, InMemoryItKeepsItsContentsAndHasNoFile) {
+  ExternalArray array = ExternalArray::in_memory(kMiB);
+  array.bytes()[kMiB - 1] = std::byte{3};
+  array.release(0, kMiB);
+  EXPECT_EQ(array.bytes()[kMiB - 1], std::byte{3});
+  array.remove();
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 

@@ -37,6 +37,8 @@ class CollectingSink final : public NodeSink {
     nodes.resize(std::max<std::size_t>(nodes.size(), value_of(node.id) + 1));
     nodes[value_of(node.id)] = std::move(node);
   }
+  void save(formats::NodeId, StateWriter&) const override {}
+  bool restore(formats::NodeId, StateReader&) override { return false; }
   std::vector<ClusteredNode> nodes;
 
  private:

@@ -120,9 +120,17 @@ TEST_F(PackTest, RefusesToFinishWithANodeMissingOrDoubled) {
 TEST_F(PackTest, GoesOnBehindRestoredNodes) {
   const test::TinyTree tree = test::make_tiny_tree(test::tiny_header());
   const std::vector<PackedNode> whole = pack(tree);
+  Packer before(tree.header, formats::Codec::kLzo, spill_);
+  for (const ClusteredNode& node : tree.nodes) before.take(ClusteredNode(node));
+  const formats::NodeId subtree = formats::Tree(tree.header.tree()).first_child(formats::NodeId{0});
+  StateWriter state;
+  before.save(subtree, state);
   Packer packer(tree.header, formats::Codec::kLzo, spill_);
-  for (std::size_t i = 0; i < 3; ++i) packer.restore(whole[i]);
-  for (std::size_t i = 3; i < tree.nodes.size(); ++i) packer.take(ClusteredNode(tree.nodes[i]));
+  StateReader reader(state.bytes());
+  ASSERT_TRUE(packer.restore(subtree, reader));
+  const auto restored = tree.header.tree().subtree(subtree);
+  for (const ClusteredNode& node : tree.nodes)
+    if (std::ranges::find(restored, node.id) == restored.end()) packer.take(ClusteredNode(node));
   const std::vector<PackedNode> again = packer.finish();
   for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_EQ(again[i].record, whole[i].record);
 }

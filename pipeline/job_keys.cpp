@@ -1,0 +1,56 @@
+#include "pipeline/job_keys.h"
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+
+#include "formats/checksum.h"
+
+namespace cairn::pipeline {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Goes up with every change of what stages leave in work arrays or tell of their units.
+constexpr int kWorkVersion = 1;
+
+std::uint64_t hash_of(const Json& json) {
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return formats::checksum_of(std::as_bytes(std::span(text)));
+}
+
+/// Names are bytes and need not be text: their hash is told, beside them.
+Json file_facts(const std::filesystem::path& path) {
+  const std::string name = std::filesystem::absolute(path).string();
+  return {name, formats::checksum_of(std::as_bytes(std::span(name))),
+          std::filesystem::file_size(path),
+          std::filesystem::last_write_time(path).time_since_epoch().count()};
+}
+
+template <typename T>
+Json optional_of(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+}  // namespace
+
+JobKeys job_keys(const BuildOptions& options) {
+  const CampaignOptions& campaign = options.campaign;
+  Json scans = Json::array();
+  for (const auto& path : campaign.scans) scans.push_back(file_facts(path));
+  JobKeys keys;
+  keys.import = hash_of(
+      {kWorkVersion, scans, campaign.poses ? file_facts(*campaign.poses) : Json(nullptr),
+       campaign.poses_tell_sensors_only, campaign.allow_truncated, campaign.columns, options.drop,
+       options.keep, optional_of(options.resolution), options.estimate_normals});
+  keys.split = hash_of({keys.import, optional_of(options.fanout), options.node_points});
+  keys.estimate =
+      hash_of({keys.split, options.estimate_normals, options.estimate_radii, options.neighbors});
+  keys.cluster = hash_of({keys.estimate, optional_of(options.grid), options.theta_degrees,
+                          options.theta_relaxation, options.reducer, options.position_bits,
+                          options.lossless_leaves, static_cast<int>(options.codec)});
+  keys.publish = hash_of({keys.cluster, options.crs});
+  return keys;
+}
+
+}  // namespace cairn::pipeline
