@@ -322,7 +322,10 @@ class Build {
 
   /// For the build that goes on.
   void keep_work() {
-    if (journal_.has_units()) workspace_.keep();
+    if (!journal_.has_units()) return;
+    workspace_.keep();
+    tell("what is done is kept in " + workspace_.folder().string() +
+         ": the same command goes on with it, --fresh starts over");
   }
 
   void run_stages() {

@@ -47,9 +47,9 @@ constexpr const char* kFooter =
 
 int report_stop(int signal) {
   const char* name = ::sigabbrev_np(signal);
-  const std::string line = fmt::format(
-      "cairn: stopped by SIG{}; work files are removed, what was under way changed nothing\n",
-      name != nullptr ? name : "?");
+  const std::string line =
+      fmt::format("cairn: stopped by SIG{}; what was under way changed nothing\n",
+                  name != nullptr ? name : "?");
   std::fwrite(line.data(), 1, line.size(), stderr);
   return 128 + signal;
 }

@@ -34,6 +34,23 @@ std::string failure(Call call) {
   return "";
 }
 
+/// A disk of one megabyte.
+class SmallDisk {
+ public:
+  explicit SmallDisk(fs::path at) : at_(std::move(at)) {
+    fs::create_directory(at_);
+    mounted_ = ::mount("cairn-test", at_.c_str(), "tmpfs", 0, "size=1m") == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) ::umount(at_.c_str());
+  }
+  bool mounted() const { return mounted_; }
+
+ private:
+  fs::path at_;
+  bool mounted_ = false;
+};
+
 class WorkspaceTest : public ::testing::Test {
  protected:
   fs::path output() const { return folder_ / "site.cairn"; }
@@ -140,18 +157,37 @@ TEST_F(WorkspaceTest, OneBuildAnOutputAtATime) {
   EXPECT_TRUE(fs::exists(first.dataset_folder()));
 }
 
-TEST_F(WorkspaceTest, TakesOverWhatAKilledBuildLeft) {
+TEST_F(WorkspaceTest, FindsWhatAKilledBuildLeft) {
   test::write_text(work() / "held-by-cairn", "");
-  test::write_text(work() / "dataset/index.bin", "half");
-  ::testing::internal::CaptureStderr();
+  test::write_text(work() / "arrays/points", "bulk");
   {
-    Workspace workspace(output(), {}, false);
-    EXPECT_TRUE(fs::is_empty(workspace.dataset_folder()));
+    const Workspace workspace(output(), {}, false);
+    EXPECT_EQ(test::read_text(workspace.arrays_folder() / "points"), "bulk");
   }
-  const std::string said = ::testing::internal::GetCapturedStderr();
-  EXPECT_THAT(said, AllOf(HasSubstr("cairn: note: "), HasSubstr("site.cairn.work")));
-  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1);
   EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(WorkspaceTest, KeepsItsWorkWhenAskedTo) {
+  const fs::path scratch = folder_ / "scratch";
+  fs::create_directory(scratch);
+  for (const bool keep : {true, false}) {
+    Workspace workspace(output(), scratch, false);
+    if (keep) test::write_text(workspace.arrays_folder() / "points", "bulk");
+    EXPECT_EQ(test::read_text(workspace.arrays_folder() / "points"), "bulk");
+    if (keep) workspace.keep();
+  }
+  EXPECT_FALSE(fs::exists(work()));
+  EXPECT_TRUE(fs::is_empty(scratch));
+}
+
+TEST_F(WorkspaceTest, DiskThatArraysTakeAlreadyIsCountedIn) {
+  const fs::path disk_folder = folder_ / "small";
+  const SmallDisk disk(disk_folder);
+  if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not allowed here";
+  Workspace workspace(output(), disk_folder, false);
+  test::write_text(workspace.arrays_folder() / "points", std::string(700'000, 'x'));
+  EXPECT_EQ(failure([&] { workspace.require_free(900'000, 0); }), "");
+  EXPECT_THAT(failure([&] { workspace.require_free(1'500'000, 0); }), HasSubstr("4: "));
 }
 
 /// As a process that is killed before its destructors run.
@@ -382,23 +418,6 @@ TEST_F(WorkspaceTest, AsksForDiskSpaceNamingNeededAndFree) {
       failure([&] { workspace.require_free(std::uint64_t{1} << 60, 24); }),
       AllOf(HasSubstr("4: "), HasSubstr("bytes free"), HasSubstr("expected 1152921504606847000")));
 }
-
-/// A disk of one megabyte.
-class SmallDisk {
- public:
-  explicit SmallDisk(fs::path at) : at_(std::move(at)) {
-    fs::create_directory(at_);
-    mounted_ = ::mount("cairn-test", at_.c_str(), "tmpfs", 0, "size=1m") == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount(at_.c_str());
-  }
-  bool mounted() const { return mounted_; }
-
- private:
-  fs::path at_;
-  bool mounted_ = false;
-};
 
 TEST_F(WorkspaceTest, ScratchAndOutputAreMeasuredOnTheirOwnDisks) {
   const fs::path scratch = folder_ / "small";
