@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <system_error>
 
 #include "formats/checksum.h"
 
@@ -20,11 +21,13 @@ std::uint64_t hash_of(const Json& json) {
 }
 
 /// Names are bytes and need not be text: their hash is told, beside them.
+/// What cannot be asked of a file is told by those who open it.
 Json file_facts(const std::filesystem::path& path) {
-  const std::string name = std::filesystem::absolute(path).string();
+  std::error_code ignored;
+  const std::string name = std::filesystem::absolute(path, ignored).string();
   return {name, formats::checksum_of(std::as_bytes(std::span(name))),
-          std::filesystem::file_size(path),
-          std::filesystem::last_write_time(path).time_since_epoch().count()};
+          std::filesystem::file_size(path, ignored),
+          std::filesystem::last_write_time(path, ignored).time_since_epoch().count()};
 }
 
 template <typename T>

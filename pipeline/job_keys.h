@@ -16,7 +16,7 @@ struct JobKeys {
   std::uint64_t publish = 0;
 };
 
-/// Scans are known by place, size and time of change. Throws std::filesystem::filesystem_error for one that is not there.
+/// Scans are known by place, size and time of change.
 JobKeys job_keys(const BuildOptions& options);
 
 }  // namespace cairn::pipeline

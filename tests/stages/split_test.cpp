@@ -9,6 +9,7 @@
 
 #include "stages/import/import.h"
 #include "stages/parallel.h"
+#include "tests/support/dying_log.h"
 #include "tests/support/stage_fixture.h"
 
 namespace cairn::stages {
@@ -220,6 +221,75 @@ TEST_F(SplitTest, TellsEveryPointOfEveryLevelAndStopsWithinTheRootPass) {
   context().stop = stop.get_token();
   EXPECT_THROW(run(points, tree), Stopped);
   EXPECT_LT(stopped.told(), points.size());
+}
+
+/// Work arrays that stay, as those of a build do.
+void keep_arrays(Context& context, const std::filesystem::path& folder) {
+  context.make_array = [=](std::string_view name, std::uint64_t size_bytes) {
+    std::filesystem::remove(folder / name);
+    return formats::ExternalArray(folder / name, size_bytes);
+  };
+  context.find_array = [=](std::string_view name, std::uint64_t size_bytes) {
+    return formats::ExternalArray::find(folder / name, size_bytes);
+  };
+}
+
+TEST_F(SplitTest, GoesOnFromAnyUnitInMemoryAndOnDisk) {
+  const auto points = random_points(12'000, 3000, 7);
+  const Tree tree(points.size(), 3, 140);
+  ASSERT_EQ(tree.leaf_level(), 4);
+  const auto undisturbed = leaf_sets(records_of(run(points, tree)), tree);
+  // All in memory; subtrees of level 2 and 3; nothing but leaves, which the last pass writes.
+  for (const std::uint64_t memory_bytes : {1'000'000'000, 100'000, 30'000, 8'000}) {
+    context().memory_bytes = memory_bytes;
+    int deaths = 0;
+    for (int units = 1;; units += units < 20 ? 1 : 7) {
+      SCOPED_TRACE(std::to_string(memory_bytes) + " bytes, " + std::to_string(units));
+      const std::string name = std::to_string(memory_bytes) + "-" + std::to_string(units);
+      const std::filesystem::path place = folder() / name;
+      std::filesystem::create_directory(place);
+      keep_arrays(context(), place);
+      test::DyingLog log;
+      context().units = &log;
+      log.die_after(units, units % 2 == 0);
+      try {
+        EXPECT_EQ(leaf_sets(records_of(run(points, tree)), tree), undisturbed);
+        break;
+      } catch (const test::Died&) {
+        ++deaths;
+      }
+      log.die_after(1 + units / 2, units % 3 == 0);  // and once more, further on
+      try {
+        run(points, tree);
+      } catch (const test::Died&) {
+        ++deaths;
+      }
+      log.live_on();
+      ASSERT_EQ(leaf_sets(records_of(run(points, tree)), tree), undisturbed);
+      // Once more: all is done.
+      const int finished = log.finished();
+      ASSERT_EQ(leaf_sets(records_of(run(points, tree)), tree), undisturbed);
+      ASSERT_EQ(log.finished(), finished);
+      std::filesystem::remove_all(place);
+    }
+    EXPECT_GT(deaths, 8);
+  }
+}
+
+TEST_F(SplitTest, WorkThatIsGoneOrDoesNotFitAnyMoreIsNotGoneOnWith) {
+  const auto points = random_points(60'000, 3000, 7);
+  const Tree tree(points.size(), 3, 700);
+  keep_arrays(context(), folder().path());
+  test::DyingLog log;
+  context().units = &log;
+  log.die_after(6, true);
+  EXPECT_THROW(run(points, tree), test::Died);
+  log.live_on();
+  context().memory_bytes = 40'000;
+  EXPECT_THROW(run(points, tree), WorkLost);
+  context().memory_bytes = 1'000'000'000;
+  std::filesystem::remove(folder() / "split-a");
+  EXPECT_THROW(run(points, tree), WorkLost);
 }
 
 }  // namespace
