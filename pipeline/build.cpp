@@ -23,7 +23,6 @@
 #include "pipeline/human.h"
 #include "pipeline/job_keys.h"
 #include "pipeline/journal.h"
-#include "pipeline/locked_folder.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/run_record.h"
 #include "pipeline/stage_clock.h"
@@ -229,22 +228,29 @@ void note_publication(Journal& journal, const std::filesystem::path& dataset) {
   journal.finish(kPublish, stages::kStageDone, index_checksum(dataset));
 }
 
-/// Whether just this dataset has been published by a build that was killed before it could say so. Its work folder is then
-/// removed.
+/// Whether just this dataset stands in its place already, published by a build that was killed while it removed its work
+/// folder. That is then removed, as is one whose journal is gone.
 bool was_published(const BuildOptions& options) {
   namespace fs = std::filesystem;
   const fs::path output = formats::followed(options.output);
-  const fs::path work = formats::with_suffix(output, ".work");
-  if (options.fresh || !fs::exists(work / kJournal) ||
-      !fs::exists(output / formats::dataset_file::kIndex))
+  const fs::path work = Workspace::folder_of(output);
+  if (options.fresh || !fs::exists(work) || !fs::exists(output / formats::dataset_file::kIndex))
     return false;
-  LockedFolder folder(work, "build of " + output.string(), LockedFolder::Leftovers::kKeep);
-  Journal journal(work / kJournal);
-  journal.begin_stage(kPublish, job_keys(options).publish);
-  const auto published = journal.find(kPublish, stages::kStageDone);
-  if (published && *published == index_checksum(output)) return true;
-  folder.keep();
-  return false;
+  std::optional<std::vector<std::byte>> published;
+  bool has_journal = false;
+  {
+    LockedFolder held = Workspace::hold(output);
+    held.keep();
+    has_journal = fs::exists(work / kJournal);
+    if (has_journal) {
+      Journal journal(work / kJournal);
+      journal.begin_stage(kPublish, job_keys(options).publish);
+      published = journal.find(kPublish, stages::kStageDone);
+    }
+  }
+  const bool is_this = published && *published == index_checksum(output);
+  if (is_this || !has_journal) Workspace::remove_left(output);
+  return is_this;
 }
 
 class Build {

@@ -48,13 +48,15 @@ bool same_folder(int descriptor, const fs::path& path) {
 
 void empty_folder(const fs::path& folder) {
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    // The marker goes last: killed on the way, the rest would no longer be known as ours.
-    if (entry.path().filename() == kMarker) continue;
-    fs::remove_all(entry.path(), error);
-    if (error)
-      formats::throw_system("cannot remove what a killed run left", entry.path(), error.value());
-  }
+  // What is bulky goes first, what is told of it later. The marker goes last: killed on the way, the rest would no
+  // longer be known as ours.
+  for (const bool folders : {true, false})
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      if (entry.is_directory() != folders || entry.path().filename() == kMarker) continue;
+      fs::remove_all(entry.path(), error);
+      if (error)
+        formats::throw_system("cannot remove what a killed run left", entry.path(), error.value());
+    }
   if (error) formats::throw_system("cannot read the work folder", folder, error.value());
 }
 

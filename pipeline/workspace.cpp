@@ -72,6 +72,12 @@ bool is_aside_of(const fs::path& output, const fs::path& name) {
   return name.string().starts_with(output.filename().string() + ".old");
 }
 
+void remove_scratch(const Note& note, const fs::path& output) {
+  // Made again as a folder of ours to be removed as one: what does not bear our mark is refused.
+  if (!note.scratch.empty() && fs::is_directory(note.scratch))
+    LockedFolder(note.scratch, purpose_of(output));
+}
+
 fs::path make_folder(const fs::path& path) {
   if (::mkdir(path.c_str(), 0777) != 0 && !(errno == EEXIST && fs::is_directory(path)))
     formats::throw_system("cannot make the folder", path, errno);
@@ -118,8 +124,7 @@ void require(const fs::path& folder, std::uint64_t needed, const char* what) {
 Workspace::Workspace(const fs::path& output, const std::optional<fs::path>& scratch, bool force)
     : output_(checked_output(output, force)),
       force_(force),
-      work_(formats::with_suffix(output_, ".work"), purpose_of(output_),
-            LockedFolder::Leftovers::kKeep) {
+      work_(folder_of(output_), purpose_of(output_), LockedFolder::Leftovers::kKeep) {
   const fs::path place = scratch ? scratch_place(*scratch, output_) : fs::path{};
   if (work_.taken_over()) recover(place);
   checked_output(output_, force_);  // the dataset that was moved back is an output like any other
@@ -144,10 +149,21 @@ void Workspace::recover(const fs::path& scratch) {
     }
   }
   if (note.scratch == scratch) return;
-  // Made again as a folder of ours to be removed as one: what does not bear our mark is refused.
-  if (!note.scratch.empty() && fs::is_directory(note.scratch))
-    LockedFolder(note.scratch, purpose_of(output_));
+  remove_scratch(note, output_);
   work_.empty();
+}
+
+fs::path Workspace::folder_of(const fs::path& output) {
+  return formats::with_suffix(output, ".work");
+}
+
+LockedFolder Workspace::hold(const fs::path& output) {
+  return {folder_of(output), purpose_of(output), LockedFolder::Leftovers::kKeep};
+}
+
+void Workspace::remove_left(const fs::path& output) {
+  const LockedFolder work = hold(output);
+  remove_scratch(Note::parse(work.note_left()), output);
 }
 
 void Workspace::keep() {

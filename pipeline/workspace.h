@@ -22,6 +22,12 @@ class Workspace {
   Workspace(const std::filesystem::path& output,
             const std::optional<std::filesystem::path>& scratch, bool force);
 
+  static std::filesystem::path folder_of(const std::filesystem::path& output);
+  /// Holds the folder alone, with what is in it. Throws as the constructor does.
+  static LockedFolder hold(const std::filesystem::path& output);
+  /// Removes the work folders that a build of the output has left. Throws as the constructor does.
+  static void remove_left(const std::filesystem::path& output);
+
   /// The folder for what is told from one build of the output to the next.
   const std::filesystem::path& folder() const { return work_.path(); }
   /// The files of the finished dataset are written here.

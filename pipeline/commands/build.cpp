@@ -79,13 +79,13 @@ class BuildCommand : public Command {
     }();
     const auto dataset = formats::DatasetReader::open(settings.options.output);
     const std::uint64_t points = dataset.header().points;
-    return {
-        .text = dataset_text(dataset, settings.options.output) + "\n" + build_text(report, points),
-        .output = settings.options.output,
-        .points = points,
-        .size_bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
-                      dataset.head().metadata_size_bytes,
-        .elapsed_s = report.elapsed_s};
+    return {.text = dataset_text(dataset, settings.options.output) +
+                    (report.stages.empty() ? "" : "\n" + build_text(report, points)),
+            .output = settings.options.output,
+            .points = points,
+            .size_bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
+                          dataset.head().metadata_size_bytes,
+            .elapsed_s = report.elapsed_s};
   }
 
   /// Throws kUsage where two campaigns would make the same dataset, one over the other. What else is wrong with a

@@ -130,6 +130,16 @@ int mkdir(const char* path, mode_t mode) noexcept {
   if (const int error = fault_on(path, Kind::kTakesSpace)) return failed(error);
   return next<int(const char*, mode_t)>("mkdir")(path, mode);
 }
+int remove(const char* path) noexcept {
+  if (const int error = fault_on(path, Kind::kOther)) return failed(error);
+  return next<int(const char*)>("remove")(path);
+}
+int unlinkat(int folder, const char* path, int flags) noexcept {
+  const bool by_path = *path == '/' || folder == AT_FDCWD;
+  if (const int error = by_path ? fault_on(path, Kind::kOther) : fault_on(folder, Kind::kOther))
+    return failed(error);
+  return next<int(int, const char*, int)>("unlinkat")(folder, path, flags);
+}
 int unlink(const char* path) noexcept {
   if (const int error = fault_on(path, Kind::kOther)) return failed(error);
   return next<int(const char*)>("unlink")(path);
