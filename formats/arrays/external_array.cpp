@@ -50,7 +50,9 @@ std::optional<ExternalArray> ExternalArray::find(const std::filesystem::path& pa
 
 ExternalArray ExternalArray::in_memory(std::uint64_t size_bytes) {
   ExternalArray array;
-  if (size_bytes > 0) array.map(MAP_PRIVATE | MAP_ANONYMOUS, size_bytes);
+  if (size_bytes == 0) return array;
+  array.map(MAP_PRIVATE | MAP_ANONYMOUS, size_bytes);
+  ::madvise(array.data_, size_bytes, MADV_HUGEPAGE);  // a wish
   return array;
 }
 

@@ -181,7 +181,7 @@ class Splitter {
     const Place places[] = {{&to, 0}, {&between, range.first}};
     const auto boxes =
         divide(level, index, slabs_of({&from, 0}, level, index), box, target(level, places));
-    from.release(range.first * stride_, range.count * stride_);
+    if (!fits(tree_.points())) from.release(range.first * stride_, range.count * stride_);
     split_in_memory(level, index, boxes, places);
     remember(unit_of(level, index), {{box}, checksums_of(to, {range})});
   }
