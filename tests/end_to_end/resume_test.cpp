@@ -1,8 +1,11 @@
 // Builds that are killed, that run into a full or broken disk, or whose work is damaged meanwhile: the same command, run
 // again, ends with the bytes of an undisturbed build, and what stood there before is whole until then.
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <map>
 #include <random>
+#include <thread>
 
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/tiny_scans.h"
@@ -172,6 +175,30 @@ class LongResume : public Resume {};
 
 TEST_F(Resume, KilledBeforeACallThatChangesTheDiskItEndsWithTheSameBytes) { test_kills(17); }
 TEST_F(LongResume, KilledBeforeAnyCallThatChangesTheDiskItEndsWithTheSameBytes) { test_kills(1); }
+
+TEST_F(LongResume, AHundredKillsAtRandomMomentsChangeNothing) {
+  write_wavy_las(folder_ / "a.las", 250'000);
+  undisturbed_ = bytes_of_a_build(command_);
+  Command arguments = command_;
+  arguments.insert(arguments.begin(), {"build", "--progress", "none", "-o", output()});
+  std::mt19937 random(1);
+  int kills = 0, finished = 0;
+  while (kills < 100 && !HasFailure()) {
+    RunningProgram program(CAIRN_PROGRAM, arguments);
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 2000));
+    program.signal(SIGKILL);
+    const Outcome outcome = program.wait();
+    if (outcome.exit_code == 128 + SIGKILL) {
+      ++kills;
+      if (!fs::exists(output()) || fs::exists(output() + ".work")) continue;
+    }
+    ++finished;
+    EXPECT_TRUE(read(output()) == undisturbed_);
+    fs::remove_all(output());
+  }
+  RecordProperty("finished", finished);
+  expect_undisturbed(build(command_));
+}
 
 TEST_F(Resume, AFullDiskLeavesTheOldDatasetAndWorkToGoOnWith) { test_full_disks(29); }
 TEST_F(LongResume, AFullDiskLeavesTheOldDatasetAndWorkToGoOnWith) { test_full_disks(1); }
