@@ -68,6 +68,7 @@ Primitive choose_primitive(const SceneFacts& scene, const ViewFacts& view, const
 
 std::vector<ColorSource> color_sources() {
   std::vector<ColorSource> sources;
+  sources.reserve(kColorSources.size());
   for (const auto& [source, name] : kColorSources) sources.push_back(source);
   return sources;
 }

@@ -12,7 +12,7 @@ namespace cairn::viewer {
 std::filesystem::path next_free_name(const std::filesystem::path& folder, std::string_view stem,
                                      std::string_view suffix) {
   for (int number = 1; number <= 9999; ++number) {
-    const std::filesystem::path path = folder / fmt::format("{}-{:04}{}", stem, number, suffix);
+    std::filesystem::path path = folder / fmt::format("{}-{:04}{}", stem, number, suffix);
     std::error_code error;
     if (std::filesystem::symlink_status(path, error).type() ==
         std::filesystem::file_type::not_found)
