@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <new>
 #include <thread>
@@ -20,6 +19,7 @@
 #include "formats/random_access_file.h"
 #include "formats/scans/crs.h"
 #include "pipeline/campaign.h"
+#include "pipeline/failure.h"
 #include "pipeline/human.h"
 #include "pipeline/job_keys.h"
 #include "pipeline/journal.h"
@@ -212,8 +212,6 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
 constexpr const char* kJournal = "journal";
 constexpr const char* kPublish = "publish";
 
-void tell(const std::string& text) { fmt::print(stderr, "cairn: note: {}\n", printable(text)); }
-
 std::vector<std::byte> index_checksum(const std::filesystem::path& dataset) {
   const formats::RandomAccessFile file(dataset / formats::dataset_file::kIndex);
   std::vector<std::byte> index(file.size_bytes());
@@ -298,11 +296,12 @@ class Build {
   void run_all() {
     begin_stages();
     if (journal_.has_units())
-      tell("going on with what an interrupted build has left in " + workspace_.folder().string());
+      tell_note("going on with what an interrupted build has left in " +
+                workspace_.folder().string());
     try {
       stages::run_in_arena(context_.threads, [&] { run_stages(); });
     } catch (const stages::WorkLost&) {
-      tell("what the interrupted build has left is not whole; starting over");
+      tell_note("what the interrupted build has left is not whole; starting over");
       start_over();
       begin_stages();
       stages::run_in_arena(context_.threads, [&] { run_stages(); });
@@ -314,10 +313,10 @@ class Build {
 
   void begin_stages() {
     const JobKeys keys = job_keys(options_);
-    journal_.begin_stage("import", keys.import);
-    journal_.begin_stage("split", keys.split);
-    journal_.begin_stage("estimate", keys.estimate);
-    journal_.begin_stage("cluster", keys.cluster);
+    journal_.begin_stage(stages::unit_log::kImport, keys.import);
+    journal_.begin_stage(stages::unit_log::kSplit, keys.split);
+    journal_.begin_stage(stages::unit_log::kEstimate, keys.estimate);
+    journal_.begin_stage(stages::unit_log::kCluster, keys.cluster);
     journal_.begin_stage(kPublish, keys.publish);
   }
 
@@ -330,8 +329,8 @@ class Build {
   void keep_work() {
     if (!journal_.has_units()) return;
     workspace_.keep();
-    tell("what is done is kept in " + workspace_.folder().string() +
-         ": the same command goes on with it, --fresh starts over");
+    tell_note("what is done is kept in " + workspace_.folder().string() +
+              ": the same command goes on with it, --fresh starts over");
   }
 
   void run_stages() {
@@ -341,6 +340,7 @@ class Build {
     require_room_for_estimates(options_, size.schema);
     require_disk(workspace_, options_, size, import.number_scans);
     scans_ = scans.size();
+    input_bytes_ = 0;
     for (const auto& path : options_.campaign.scans)
       input_bytes_ += std::filesystem::file_size(path);
 
@@ -357,8 +357,8 @@ class Build {
 
     stages::SplitPoints points;
     points.stride = imported.stride - imported.native_position_bytes + sizeof(formats::GridPoint);
-    if (!is_done("cluster")) {
-      if (!estimates(options_) || !is_done("estimate"))
+    if (!is_done(stages::unit_log::kCluster)) {
+      if (!estimates(options_) || !is_done(stages::unit_log::kEstimate))
         points = stages::split(std::move(imported), tree, context_);
       if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
     }
@@ -385,7 +385,7 @@ class Build {
   /// The packed nodes of an earlier build stand in it, if the journal tells of any.
   formats::OutputFile open_spill() const {
     const std::filesystem::path path = workspace_.arrays_folder() / "packed-nodes";
-    if (!journal_.has_units("cluster") || !std::filesystem::exists(path))
+    if (!journal_.has_units(stages::unit_log::kCluster) || !std::filesystem::exists(path))
       return formats::OutputFile::create(path);
     return formats::OutputFile::reopen(path, std::filesystem::file_size(path));
   }
@@ -451,7 +451,8 @@ class Build {
 BuildReport build(const BuildOptions& options, stages::ProgressSink& progress,
                   std::stop_token stop) {
   if (was_published(options)) {
-    tell(options.output.string() + " was finished already, but for a work folder to be removed");
+    tell_note(options.output.string() +
+              " was finished already, but for a work folder to be removed");
     return {};
   }
   return Build(options, progress, std::move(stop)).run();

@@ -12,11 +12,21 @@ namespace cairn::pipeline {
 
 using formats::ErrorKind;
 
-int fail(std::string text, ErrorKind kind) {
-  const std::string line = "cairn: error: " + printable(std::move(text)) + "\n";
+namespace {
+
+void tell(const char* kind, std::string text) {
+  const std::string line = std::string("cairn: ") + kind + ": " + printable(std::move(text)) + "\n";
   std::fwrite(line.data(), 1, line.size(), stderr);
+}
+
+}  // namespace
+
+int fail(std::string text, ErrorKind kind) {
+  tell("error", std::move(text));
   return static_cast<int>(kind);
 }
+
+void tell_note(std::string text) { tell("note", std::move(text)); }
 
 int report_failure(const std::string& where) {
   const std::string before = where.empty() ? "" : where + ": ";

@@ -127,6 +127,8 @@ void Journal::finish(std::string_view stage, std::uint64_t unit, std::span<const
   const std::vector<std::byte> entry = entry_of(stage, unit, state);
   // Under the lock, so that no hole is left before an entry that is whole.
   const std::lock_guard lock(mutex_);
+  CAIRN_CHECK(
+      keys_.contains(stage));  // without a key a later run would believe it with any settings
   const std::uint64_t offset = file_->append(entry);
   stages_[std::string(stage)][unit] = {offset + entry.size() - state.size(), state.size()};
 }

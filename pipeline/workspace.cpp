@@ -12,7 +12,7 @@
 
 #include "formats/error.h"
 #include "formats/file_names.h"
-#include "pipeline/human.h"
+#include "pipeline/failure.h"
 #include "pipeline/publish.h"
 
 namespace cairn::pipeline {
@@ -42,10 +42,6 @@ fs::path scratch_place(const fs::path& scratch, const fs::path& output) {
 }
 
 std::string purpose_of(const fs::path& output) { return "build of " + output.string(); }
-
-void tell(const std::string& text) {
-  std::fprintf(stderr, "cairn: note: %s\n", printable(text).c_str());
-}
 
 /// What a build tells the one that comes after it, should it be killed.
 struct Note {
@@ -141,11 +137,11 @@ void Workspace::recover(const fs::path& scratch) {
   const fs::path aside = formats::folder_of(output_) / note.aside.filename();
   if (is_aside_of(output_, note.aside) && fs::is_directory(aside)) {
     if (fs::exists(fs::symlink_status(output_))) {
-      tell(aside.string() + " is the dataset that was replaced; it may be removed");
+      tell_note(aside.string() + " is the dataset that was replaced; it may be removed");
     } else {
       formats::rename_to_free_name(aside, output_);
-      tell("moved " + aside.string() + ", which a killed build was about to replace, back to " +
-           output_.string());
+      tell_note("moved " + aside.string() +
+                ", which a killed build was about to replace, back to " + output_.string());
     }
   }
   if (note.scratch == scratch) return;

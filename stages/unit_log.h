@@ -14,6 +14,14 @@
 
 namespace cairn::stages {
 
+/// The stages that tell of units, by the names in the log.
+namespace unit_log {
+inline constexpr std::string_view kImport = "import";
+inline constexpr std::string_view kSplit = "split";
+inline constexpr std::string_view kEstimate = "estimate";
+inline constexpr std::string_view kCluster = "cluster";
+}  // namespace unit_log
+
 /// The unit that a stage finishes last.
 inline constexpr std::uint64_t kStageDone = UINT64_MAX;
 

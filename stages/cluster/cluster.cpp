@@ -52,7 +52,7 @@ void append_block(WorkingNode& node, const WorkingNode& block) {
 
 /// The units are the subtrees below the nodes of one level. What a subtree hands to the level above is kept with its unit:
 /// on a level where that is little beside the points, and where there are not too many.
-constexpr std::string_view kUnits = "cluster";
+constexpr std::string_view kUnits = unit_log::kCluster;
 constexpr std::uint64_t kMostUnits = 1024;
 
 Level unit_level(const Tree& tree) {
@@ -219,7 +219,8 @@ class TreeClusterer {
 std::uint64_t cluster_worker_bytes(const Tree& tree, std::size_t stride) {
   const std::uint64_t node_bytes = tree.node_points() * (2 * stride + 220);
   const std::uint64_t share_bytes = tree.node_points() * (stride + 110);
-  return node_bytes + share_bytes * std::max<Level>(1, tree.leaf_level());
+  // A unit's share stands there once more as bytes for the log, twice a fraction of what a node holds.
+  return node_bytes + share_bytes * (std::max<Level>(1, tree.leaf_level()) + 1);
 }
 
 void cluster(const ClusterInput& input, NodeSink& sink, Context& context) {

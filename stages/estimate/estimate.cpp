@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kNumberBytes = sizeof(std::uint32_t);
 
 /// The units are groups of leaves, one after the other.
-constexpr std::string_view kUnits = "estimate";
+constexpr std::string_view kUnits = unit_log::kEstimate;
 constexpr std::uint64_t kMostUnits = 1024;
 
 struct Estimated {

@@ -39,7 +39,7 @@ struct Reading {
 };
 
 /// The units of import are its stretches; when all are read, the grid.
-constexpr std::string_view kUnits = "import";
+constexpr std::string_view kUnits = unit_log::kImport;
 
 template <typename T>
 std::optional<T> recalled(const Context& context, std::uint64_t unit) {

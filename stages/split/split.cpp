@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint64_t kParallelRecords = 1 << 20;
 
 /// A unit is a node that is divided on the disk, or a whole subtree that is split in memory; its number is the node's.
-constexpr std::string_view kUnits = "split";
+constexpr std::string_view kUnits = unit_log::kSplit;
 /// The unit that tells on which level subtrees are split in memory.
 constexpr std::uint64_t kMemoryLevelUnit = kStageDone - 1;
 
@@ -269,7 +269,8 @@ class Splitter {
     if (again_ && checksum_of(from, tree_.input_range(level, index)) != checksum) throw WorkLost{};
   }
 
-  /// Both copies of a node's records, source and target, within half of the memory.
+  /// Both copies of a node's records, source and target, within half of the memory; with what stands in memory between
+  /// two passes that is three quarters at most.
   bool fits(std::uint64_t records) const {
     return records * stride_ * 2 <= context_.memory_bytes / 2;
   }

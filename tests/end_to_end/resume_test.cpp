@@ -264,6 +264,11 @@ TEST_F(Resume, WorkArraysThatAreDamagedOrGoneAreMadeAnew) {
           write_text(entry.path(), bytes);
         }
       expect_undisturbed(build(command_));
+      // Counted once, also where the build had to start over.
+      const auto record =
+          nlohmann::json::parse(read_text(fs::path(output()) / "run.json"), nullptr, false);
+      EXPECT_EQ(record.at("input_bytes"),
+                fs::file_size(folder_ / "a.las") + fs::file_size(folder_ / "b.las"));
       if (HasFailure()) return;
       fs::remove_all(output());
     }
