@@ -22,12 +22,15 @@ bool VirtualScreen::available() {
 }
 
 VirtualScreen::VirtualScreen() {
-  // The server writes the number of its display into a file that the shell opens for it.
+  // The server writes the number of its display into a file that the shell opens for it. Without
+  // -noreset it starts anew when its last client leaves, and refuses whoever connects meanwhile: the
+  // program, when an xdotool that looks for its window has just ended.
   const std::string number = folder_ / "display";
   server_ = std::make_unique<RunningProgram>(
       "/bin/sh",
       std::vector<std::string>{
-          "-c", "exec Xvfb -displayfd 3 -screen 0 1280x800x24 -nolisten tcp 3>\"$0\"", number});
+          "-c", "exec Xvfb -noreset -displayfd 3 -screen 0 1280x800x24 -nolisten tcp 3>\"$0\"",
+          number});
   for (std::string text; text.empty() || text.back() != '\n';) {
     if (!server_->running()) throw std::runtime_error("Xvfb does not start: " + server_->err());
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
