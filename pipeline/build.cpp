@@ -159,6 +159,7 @@ formats::SourceSummary summary_of(const formats::ScanInfo& info, const stages::S
                                  .no_return = ledger.no_return,
                                  .missing = ledger.missing(),
                                  .box = ledger.box,
+                                 .precision = ledger.precision,
                                  .crs = {},
                                  .replaced_crs = {}};
   for (const formats::VariableLengthRecord& record : info.crs) {
@@ -249,6 +250,27 @@ bool was_published(const BuildOptions& options) {
   const bool is_this = published && *published == index_checksum(output);
   if (is_this || !has_journal) Workspace::remove_left(output);
   return is_this;
+}
+
+/// Floating-point coordinates far from their origin may have lost detail before they came here: told where they tell apart
+/// fewer than 2^16 places along the scan's longest side.
+void tell_lost_detail(const stages::Scans& scans, const stages::ImportedPoints& imported) {
+  for (std::size_t s = 0; s < scans.size(); ++s) {
+    const stages::ScanLedger& ledger = imported.ledger[s];
+    if (scans[s]->info().encoding == formats::PositionEncoding::kSteps || ledger.box.empty())
+      continue;
+    double longest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      longest = std::max(
+          longest, imported.grid.step[static_cast<std::size_t>(axis)] * ledger.box.span(axis));
+    if (longest == 0 || longest >= 65536 * ledger.precision) continue;
+    tell_note(fmt::format(
+        "the coordinates of {} are {} numbers that stand {} apart there, in {} "
+        "from end to end: finer detail was lost before",
+        printable(scans[s]->info().name()),
+        scans[s]->info().encoding == formats::PositionEncoding::kFloat32 ? "float32" : "float64",
+        significant(ledger.precision, 3), significant(longest, 3)));
+  }
 }
 
 class Build {
@@ -351,7 +373,8 @@ class Build {
                                             import.number_scans, estimate_options(options_)),
                    context_.memory_bytes);
     const DatasetHeader header = make_header(options_, imported, tree);
-    const formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+    formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+    tell_lost_detail(scans, imported);
     const Sensors sensors = sensors_of(scans);
     scans.clear();  // and with them their worker processes
 
@@ -362,6 +385,7 @@ class Build {
         points = stages::split(std::move(imported), tree, context_);
       if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
     }
+    note_rounding(points, header.grid, extras.sources);
     formats::OutputFile spill = open_spill();
     stages::Packer packer(header, options_.codec, spill);
     cluster_and_pack(points, header, packer);
@@ -373,7 +397,7 @@ class Build {
         formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kIndex);
     formats::OutputFile metadata =
         formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
-    stages::write_dataset(context_, header, packer.finish(), spill, extras,
+    stages::write_dataset(context_, header, packer.finish(), spill, std::move(extras),
                           {nodes, index, metadata});
   }
 
@@ -398,6 +422,17 @@ class Build {
     stages::Scans scans = open_campaign(campaign);
     clock_.end();
     return scans;
+  }
+
+  /// Of a split that this build does not need again, the log tells.
+  void note_rounding(const stages::SplitPoints& points, const formats::Grid& grid,
+                     std::vector<formats::SourceSummary>& sources) const {
+    const std::vector<stages::Rounding> rounding =
+        points.rounding.empty() ? stages::rounding_of_split(context_) : points.rounding;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      sources[s].largest_rounding = rounding[s].largest();
+      sources[s].rms_rounding = rounding[s].rms(sources[s].kept, grid.step);
+    }
   }
 
   void add_estimates(stages::SplitPoints& points, const DatasetHeader& header,

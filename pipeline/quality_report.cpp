@@ -10,6 +10,7 @@
 #include "pipeline/dataset_report.h"
 #include "pipeline/human.h"
 #include "pipeline/level_statistics.h"
+#include "pipeline/numerics_report.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -82,6 +83,7 @@ Json report_json(const formats::DatasetReader& dataset, const std::filesystem::p
           {"tree", told.at("tree")},
           {"parameters", told.at("parameters")},
           {"levels", std::move(levels)},
+          {"numerics", numerics_json(told)},
           {"sources", told.at("sources")},
           {"crs", told.at("crs")},
           {"run", run ? run_json(*run) : Json(nullptr)}};
@@ -216,7 +218,7 @@ std::string quality_text(const formats::DatasetReader& dataset, const std::files
                   with_commas(report.at("missing").get<std::uint64_t>()));
   const std::string crs = crs_text(dataset, folder);
   text += fmt::format("  coordinate system: {}\n", crs.empty() ? "none" : crs);
-  text += nodes_table(levels) + errors_table(levels) +
+  text += nodes_table(levels) + errors_table(levels) + numerics_text(report.at("numerics")) +
           bytes_table(levels, section_names(dataset.header())) + ledger_table(report, crs);
   return run ? text + run_table(*run) : text;
 } catch (const Json::exception& error) {

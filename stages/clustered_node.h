@@ -7,6 +7,7 @@
 
 #include "formats/dataset/node_data.h"
 #include "formats/dataset/node_record.h"
+#include "formats/dataset/numerics.h"
 #include "stages/unit_state.h"
 
 namespace cairn::stages {
@@ -28,6 +29,7 @@ struct ClusteredNode {
   float theta = 0;         ///< degrees, as in NodeRecord
   std::uint32_t grid = 0;  ///< as in NodeRecord
   formats::Digest digest;
+  formats::Numerics numerics;  ///< nothing of quantisation yet
 };
 
 /// Takes finished nodes, from several threads, in any order.

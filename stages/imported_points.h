@@ -19,6 +19,8 @@ struct ScanLedger {
   std::uint64_t no_return =
       0;                 ///< records that hold no point, such as empty cells of a gridded scan
   formats::GridBox box;  ///< tight box of the kept points
+  /// World units: how far neighbouring numbers of the scan's encoding lie apart at its farthest point, the most of any axis.
+  double precision = 0;
   std::uint64_t dropped() const { return read - kept; }
   std::uint64_t non_finite() const {
     return dropped() - no_return;

@@ -91,10 +91,14 @@ std::vector<std::uint64_t> storage_order(const formats::Tree& tree,
 
 IndexReport write_dataset(const Context& context, const formats::DatasetHeader& header,
                           std::vector<PackedNode> nodes, const formats::OutputFile& spill,
-                          const formats::MetadataExtras& extras, DatasetFiles files) {
+                          formats::MetadataExtras extras, DatasetFiles files) {
   const std::vector<std::uint64_t> order = storage_order(header.tree(), nodes);
   std::uint64_t stored = 0;
-  for (const PackedNode& node : nodes) stored += node.record.point_count;
+  extras.levels.assign(header.tree().leaf_level() + 1, {});
+  for (const PackedNode& node : nodes) {
+    stored += node.record.point_count;
+    extras.levels[header.tree().level_of(node.record.id)].add(node.numerics);
+  }
   if (context.progress != nullptr) context.progress->begin("index", stored);
   formats::DatasetIndex index;
   index.head.dataset = header;

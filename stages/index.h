@@ -34,10 +34,10 @@ std::vector<std::uint64_t> storage_order(const formats::Tree& tree,
                                          const std::vector<PackedNode>& nodes);
 
 /// Copies the nodes from the spill, verifying their checksums, and writes index and metadata; makes all
-/// three files durable. `nodes` are all nodes in id order. Throws Error: kSystem where the disk refuses,
+/// three files durable. `nodes` are all nodes in id order; their numerics become those of the extras' levels. Throws Error: kSystem where the disk refuses,
 /// kInvariant where the spill is not what was packed.
 IndexReport write_dataset(const Context& context, const formats::DatasetHeader& header,
                           std::vector<PackedNode> nodes, const formats::OutputFile& spill,
-                          const formats::MetadataExtras& extras, DatasetFiles files);
+                          formats::MetadataExtras extras, DatasetFiles files);
 
 }  // namespace cairn::stages

@@ -77,6 +77,21 @@ float cover_factor_of(const std::vector<double>& reach, const NodeData& decoded,
   return rounded_up(factor);
 }
 
+void require_within_bounds(formats::NodeId id, const formats::QuantizationErrors& errors) {
+  const auto require = [&](const char* what, const formats::QuantizationError& error) {
+    if (error.largest <= error.bound) return;
+    throw formats::Error(
+        formats::ErrorKind::kInvariant,
+        {.what = std::string(what) + " of node " + std::to_string(formats::value_of(id)) +
+                 " are stored less exactly than promised",
+         .found = std::to_string(error.largest),
+         .expected = std::to_string(error.bound) + " at most"});
+  };
+  require("positions", errors.position);
+  require("radii", errors.radius);
+  require("normals", errors.normal);
+}
+
 }  // namespace
 
 formats::NodeRecord describe_node(const formats::DatasetHeader& header, const ClusteredNode& node,
@@ -114,8 +129,11 @@ void Packer::take(ClusteredNode&& node) {
   encoded.id = node.id;
   const std::vector<std::byte> bytes =
       formats::encode_node(node.points, header_, leaf, codec_, encoded);
-  frame.quantize(header_.schema, node.points);  // the original is not needed any more
   PackedNode packed;
+  packed.numerics = node.numerics;
+  // The original is not needed any more.
+  packed.numerics.quantization = frame.quantize(header_.schema, header_.grid, node.points);
+  require_within_bounds(node.id, packed.numerics.quantization);
   packed.record = describe_node(header_, node, node.points, frame.displacement_bound(header_.grid));
   packed.record.point_count = encoded.point_count;
   packed.record.position_bits = encoded.position_bits;
@@ -133,7 +151,7 @@ void Packer::save(formats::NodeId subtree, StateWriter& state) const {
   for (const formats::NodeId id : tree_.subtree(subtree)) {
     const PackedNode& node = nodes_[formats::value_of(id)];
     formats::encode_record(header_, tree_, node.record, record);
-    state.put(record).put(node.spill_offset).put(node.size_bytes);
+    state.put(record).put(node.spill_offset).put(node.size_bytes).put(node.numerics);
   }
 }
 
@@ -145,6 +163,7 @@ bool Packer::restore(formats::NodeId subtree, StateReader& state) {
     state.get(record);
     state.get(node.spill_offset);
     state.get(node.size_bytes);
+    state.get(node.numerics);
     if (formats::decode_record(header_, tree_, id, node.size_bytes, record, node.record) ||
         !is_spilled(node))
       return false;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "formats/dataset/node_record.h"
+#include "formats/dataset/numerics.h"
 
 namespace cairn::stages {
 
@@ -12,6 +13,7 @@ struct PackedNode {
   formats::NodeRecord record;
   std::uint64_t spill_offset = 0;
   std::uint64_t size_bytes = 0;  ///< of all sections
+  formats::Numerics numerics;
 };
 
 }  // namespace cairn::stages

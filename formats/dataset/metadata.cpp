@@ -119,8 +119,23 @@ Json bytes_json(const DatasetHeader& header, const std::vector<NodeRecord>& node
       {"nodes", total}, {"index", layout_of(header).size_bytes}, {"sections", std::move(sections)}};
 }
 
-/// RMS over the input points of a level, largest bound and what the level weighs in the file.
-Json levels_json(const DatasetHeader& header, const std::vector<NodeRecord>& nodes) {
+Json numerics_json(const Numerics& numerics) {
+  const auto error = [](const QuantizationError& e) {
+    return Json{{"largest", e.largest}, {"bound", e.bound}};
+  };
+  const QuantizationErrors& quantization = numerics.quantization;
+  return {{"relaxed_theta", numerics.relaxed_theta},
+          {"coarsened_grid", numerics.coarsened_grid},
+          {"cancelled_normals", numerics.cancelled_normals},
+          {"quantization",
+           {{"position", error(quantization.position)},
+            {"radius", error(quantization.radius)},
+            {"normal_degrees", error(quantization.normal)}}}};
+}
+
+/// RMS over the input points of a level, largest bound, what the level weighs in the file, and what arithmetic did to it.
+Json levels_json(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
+                 const std::vector<Numerics>& numerics) {
   const Tree tree = header.tree();
   Json list = Json::array();
   std::size_t next = 0;
@@ -139,7 +154,8 @@ Json levels_json(const DatasetHeader& header, const std::vector<NodeRecord>& nod
                     {"points", points},
                     {"bytes", bytes},
                     {"rms", std::sqrt(squares / static_cast<double>(header.points))},
-                    {"bound", bound}});
+                    {"bound", bound},
+                    {"numerics", numerics_json(numerics.at(level))}});
   }
   return list;
 }
@@ -160,6 +176,8 @@ Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
          {"dropped", {{"non_finite", source.non_finite}, {"no_return", source.no_return}}},
          {"missing", source.missing},
          {"bounds", bounds_json(grid, source.box)},
+         {"precision", source.precision},
+         {"rounding", {{"largest", source.largest_rounding}, {"rms", source.rms_rounding}}},
          {"crs", source.crs}});
     if (!source.replaced_crs.empty()) list.back()["replaced_crs"] = source.replaced_crs;
   }
@@ -234,6 +252,7 @@ std::optional<DecodeError> parse(std::string_view text, Json& json) {
 std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
                            const MetadataExtras& extras) {
   CAIRN_CHECK(nodes.size() == header.tree().node_count());
+  CAIRN_CHECK(extras.levels.size() == header.tree().leaf_level() + 1);
   const GridBox& box = nodes.front().box;
   const Json json{
       {"format", "cairn"},
@@ -250,7 +269,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"position_bits", header.position_bits},
       {"refinement", header.refinement == Refinement::kReplace ? "replace" : "add"},
       {"tree", tree_json(header, nodes)},
-      {"levels", levels_json(header, nodes)},
+      {"levels", levels_json(header, nodes, extras.levels)},
       {"bytes", bytes_json(header, nodes)},
       {"parameters", parameters_json(extras)},
       {"sources", sources_json(header.grid, extras.sources)},

@@ -11,6 +11,7 @@
 
 #include "formats/dataset/grid.h"
 #include "formats/dataset/node_record.h"
+#include "formats/dataset/numerics.h"
 #include "formats/error.h"
 #include "formats/scans/scan_reader.h"
 
@@ -25,7 +26,12 @@ struct SourceSummary {
   std::uint64_t non_finite = 0;  ///< dropped: a coordinate is no finite number
   std::uint64_t no_return = 0;   ///< dropped: a record without a point
   std::uint64_t missing = 0;
-  GridBox box;                   ///< tight box of the kept points; empty if there are none
+  GridBox box;  ///< tight box of the kept points; empty if there are none
+  double precision =
+      0;  ///< world units between neighbouring positions that the scan's numbers can tell
+  double largest_rounding =
+      0;  ///< world units: how far a position was moved to the dataset's grid, at most
+  double rms_rounding = 0;       ///< the same, RMS over the kept points
   std::vector<std::size_t> crs;  ///< the scan's records, as indices into MetadataExtras::crs
   std::vector<std::size_t> replaced_crs;  ///< or into MetadataExtras::replaced_crs
 };
@@ -39,6 +45,7 @@ struct MetadataExtras {
   std::vector<VariableLengthRecord> crs;  ///< as the inputs have them, each once
   /// Those of the inputs, where `crs` is what the user says instead.
   std::vector<VariableLengthRecord> replaced_crs;
+  std::vector<Numerics> levels;  ///< coarse to fine
 };
 
 /// The text of metadata.json. `nodes` are all records, in id order, with final section offsets. Throws

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "formats/bytes.h"
@@ -13,10 +14,23 @@
 namespace cairn::formats {
 namespace {
 
-void quantize_positions(const PositionQuantizer& quantizer, std::vector<GridPoint>& positions) {
-  std::vector<std::uint32_t> codes(positions.size() * 3);
-  quantizer.encode(positions, codes);
-  quantizer.decode(codes, positions);
+/// Replaces a column of normals by what is stored of them.
+QuantizationError quantize_normals(ScalarType type, std::vector<std::byte>& column) {
+  std::vector<std::byte> decoded = decode_normal_column(encode_normal_column(column, type), type);
+  double least_cosine = 1;
+  for (std::size_t i = 0; i < column.size() / (3 * size_bytes(type)); ++i) {
+    const Normal a = normal_at(column, type, i), b = normal_at(decoded, type, i);
+    double dot = 0, squared_a = 0, squared_b = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      dot += double{a[c]} * b[c];
+      squared_a += double{a[c]} * a[c];
+      squared_b += double{b[c]} * b[c];
+    }
+    if (squared_b > 0)
+      least_cosine = std::min(least_cosine, dot / std::sqrt(squared_a * squared_b));
+  }
+  column = std::move(decoded);
+  return {std::acos(least_cosine) * 180 / std::numbers::pi, kMaxNormalErrorDegrees};
 }
 
 bool normals_are_estimated(const Schema& schema) {
@@ -74,6 +88,21 @@ double NodeFrame::displacement_bound(const Grid& grid) const {
   return std::sqrt(squares) * (1 + 12 * std::numeric_limits<double>::epsilon());
 }
 
+QuantizationError NodeFrame::quantize_positions(const Grid& grid,
+                                                std::vector<GridPoint>& positions) const {
+  const PositionQuantizer quantizer(position_box_, position_bits_);
+  if (quantizer.exact()) return {};
+  std::vector<GridPoint> decoded(positions.size());
+  std::vector<std::uint32_t> codes(positions.size() * 3);
+  quantizer.encode(positions, codes);
+  quantizer.decode(codes, decoded);
+  double most = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    most = std::max(most, squared_distance(grid, positions[i], decoded[i]));
+  positions = std::move(decoded);
+  return {std::sqrt(most), displacement_bound(grid)};
+}
+
 std::vector<float> NodeFrame::quantized_radii(std::vector<float> radii) const {
   if (radii_exact_) return radii;
   const RadiusQuantizer quantizer(radius_min_, radius_max_);
@@ -81,15 +110,26 @@ std::vector<float> NodeFrame::quantized_radii(std::vector<float> radii) const {
   return radii;
 }
 
-void NodeFrame::quantize(const Schema& schema, NodeData& points) const {
-  const PositionQuantizer positions(position_box_, position_bits_);
-  if (!positions.exact()) quantize_positions(positions, points.position);
-  points.radius = quantized_radii(std::move(points.radius));
-  if (normals_exact_) return;
+QuantizationError NodeFrame::quantize_radii(std::vector<float>& radii) const {
+  if (radii_exact_) return {};
+  std::vector<float> decoded = quantized_radii(radii);
+  double most = 0;
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    most = std::max(most, double{decoded[i]} - double{radii[i]});
+  radii = std::move(decoded);
+  return {most, double{RadiusQuantizer(radius_min_, radius_max_).max_error()}};
+}
+
+QuantizationErrors NodeFrame::quantize(const Schema& schema, const Grid& grid,
+                                       NodeData& points) const {
+  QuantizationErrors errors{.position = quantize_positions(grid, points.position),
+                            .radius = quantize_radii(points.radius),
+                            .normal = {}};
+  if (normals_exact_) return errors;
   for (std::size_t i = 0; i < points.attributes.size(); ++i)
     if (schema[i].rule == ReduceRule::kNormal && !points.attributes[i].empty())
-      points.attributes[i] = decode_normal_column(
-          encode_normal_column(points.attributes[i], schema[i].type), schema[i].type);
+      errors.normal.add(quantize_normals(schema[i].type, points.attributes[i]));
+  return errors;
 }
 
 }  // namespace cairn::formats

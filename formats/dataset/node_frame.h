@@ -8,6 +8,7 @@
 
 #include "formats/dataset/node_data.h"
 #include "formats/dataset/node_record.h"
+#include "formats/dataset/numerics.h"
 
 namespace cairn::formats {
 
@@ -37,12 +38,14 @@ class NodeFrame {
 
   /// What a reader will see of radii, none outside of radius_min() to radius_max().
   std::vector<float> quantized_radii(std::vector<float> radii) const;
-  /// Replaces positions, radii and normals by what a reader of the dataset will see of them. Requires
-  /// the points that the frame was fitted to; columns that are empty stay so.
-  void quantize(const Schema& schema, NodeData& points) const;
+  /// Replaces positions, radii and normals by what a reader of the dataset will see of them, and tells how far off that
+  /// is. Requires the points that the frame was fitted to; columns that are empty stay so.
+  QuantizationErrors quantize(const Schema& schema, const Grid& grid, NodeData& points) const;
 
  private:
   NodeFrame(const DatasetHeader& header, bool leaf);
+  QuantizationError quantize_positions(const Grid& grid, std::vector<GridPoint>& positions) const;
+  QuantizationError quantize_radii(std::vector<float>& radii) const;
 
   std::uint8_t position_bits_;
   GridBox position_box_;

@@ -61,11 +61,25 @@ PositionMap::PositionMap(const ScanInfo& scan, const Grid& grid)
   }
 }
 
-std::int32_t PositionMap::round(std::size_t axis, double native) const {
+double PositionMap::steps(std::size_t axis, double native) const {
   const double world = encoding_ == PositionEncoding::kSteps
                            ? scan_offset_[axis] + scan_scale_[axis] * native
                            : native;
-  const double steps = (world - grid_.offset[axis]) / grid_.step[axis];
+  return (world - grid_.offset[axis]) / grid_.step[axis];
+}
+
+std::array<double, 3> PositionMap::rounded_off(const std::byte* bytes,
+                                               const GridPoint& mapped) const {
+  if (exact_) return {0, 0, 0};
+  std::array<double, 3> off;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    off[axis] = steps(axis, native(bytes, axis)) -
+                static_cast<double>(std::int64_t{mapped[axis]} + grid_.shift[axis]);
+  return off;
+}
+
+std::int32_t PositionMap::round(std::size_t axis, double native) const {
+  const double steps = this->steps(axis, native);
   if (!(std::fabs(steps) < 9.0e18)) return steps < 0 ? INT32_MIN : INT32_MAX;
   const std::int64_t shifted = std::llround(steps);
   std::int64_t result;

@@ -40,22 +40,29 @@ class PositionMap {
     return out;
   }
   GridPoint map(const std::array<double, 3>& native) const;
+  /// What was rounded off when the position at `bytes` was mapped to `mapped`: grid steps, half a step at most, none if
+  /// the map is exact.
+  std::array<double, 3> rounded_off(const std::byte* bytes, const GridPoint& mapped) const;
 
  private:
   std::int32_t map_axis(const std::byte* bytes, std::size_t axis) const {
+    if (!exact_) return round(axis, native(bytes, axis));
+    const auto step = load_le<std::int32_t>(bytes + 4 * axis);
+    return saturate(static_cast<std::int64_t>(step) * factor_[axis] + addend_[axis]);
+  }
+  double native(const std::byte* bytes, std::size_t axis) const {
     switch (encoding_) {
-      case PositionEncoding::kSteps: {
-        const auto step = load_le<std::int32_t>(bytes + 4 * axis);
-        return exact_ ? saturate(static_cast<std::int64_t>(step) * factor_[axis] + addend_[axis])
-                      : round(axis, step);
-      }
+      case PositionEncoding::kSteps:
+        return load_le<std::int32_t>(bytes + 4 * axis);
       case PositionEncoding::kFloat32:
-        return round(axis, static_cast<double>(load_le<float>(bytes + 4 * axis)));
+        return static_cast<double>(load_le<float>(bytes + 4 * axis));
       case PositionEncoding::kFloat64:
-        return round(axis, load_le<double>(bytes + 8 * axis));
+        return load_le<double>(bytes + 8 * axis);
     }
     return 0;
   }
+  /// Grid steps from the grid's offset, before rounding.
+  double steps(std::size_t axis, double native) const;
   std::int32_t round(std::size_t axis, double native) const;
   static std::int32_t saturate(std::int64_t steps) {
     if (steps < INT32_MIN) return INT32_MIN;

@@ -13,7 +13,11 @@ namespace {
 constexpr const char* kAbout = "Report node sizes, errors, bytes, costs and losses of a dataset.";
 constexpr const char* kFooter =
     "Node sizes show how uniform the nodes of each level are: variation is their standard\n"
-    "deviation over their mean. The ledger tells what became of every record of every scan.\n"
+    "deviation over their mean. Numerics tell how far the scans' positions were rounded, how "
+    "often\n"
+    "merging had to relax its limits, where normals cancel, and how close quantisation came to "
+    "its\n"
+    "bounds. The ledger tells what became of every record of every scan.\n"
     "\n"
     "Examples:\n"
     "  cairn report site.cairn\n"

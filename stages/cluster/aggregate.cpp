@@ -84,6 +84,8 @@ class Aggregator {
     merge_attributes();
     out_.theta = in_.reduction.theta_degrees;
     out_.grid = in_.reduction.grid;
+    out_.numerics.relaxed_theta = in_.reduction.theta_relaxed ? 1 : 0;
+    out_.numerics.coarsened_grid = in_.reduction.grid_coarsened ? 1 : 0;
     return std::move(out_);
   }
 
@@ -177,9 +179,8 @@ class Aggregator {
         if (node_.weight_of(i) > node_.weight_of(heaviest)) heaviest = i;
       }
       out_.normal_sum[r] = sum;
-      const std::uint32_t fallback = sampled() ? in_.reduction.chosen[r] : heaviest;
-      out_.normal[r] = sampled() ? node_.normal[fallback]
-                                 : direction(sum, out_.data.weight[r], node_.normal[fallback]);
+      out_.normal[r] = sampled() ? node_.normal[in_.reduction.chosen[r]]
+                                 : mean_normal(sum, out_.data.weight[r], node_.normal[heaviest]);
       for (std::size_t c = 0; c < 3; ++c)
         formats::store_scalar(out_.data.attributes[a].data() + r * attribute.size_bytes() +
                                   c * formats::size_bytes(attribute.type),
@@ -188,11 +189,14 @@ class Aggregator {
   }
 
   /// The unit vector along `sum`, or `fallback` where the normals cancel to a thousandth.
-  static Normal direction(const Steps& sum, std::uint64_t weight, const Normal& fallback) {
+  Normal mean_normal(const Steps& sum, std::uint64_t weight, const Normal& fallback) {
     const double x = static_cast<double>(sum[0]), y = static_cast<double>(sum[1]),
                  z = static_cast<double>(sum[2]);
     const double length = std::sqrt(x * x + y * y + z * z);
-    if (!(length > 1e-3 * kNormalUnits * static_cast<double>(weight))) return fallback;
+    if (!(length > 1e-3 * kNormalUnits * static_cast<double>(weight))) {
+      out_.numerics.cancelled_normals += fallback == Normal{0, 0, 0} ? 0 : 1;
+      return fallback;
+    }
     return {static_cast<float>(x / length), static_cast<float>(y / length),
             static_cast<float>(z / length)};
   }

@@ -48,6 +48,7 @@ void append_block(WorkingNode& node, const WorkingNode& block) {
   node.digest += block.digest;
   node.theta = std::max(node.theta, block.theta);
   node.grid = node.grid == 0 ? block.grid : std::min(node.grid, block.grid);
+  node.numerics.add(block.numerics);
 }
 
 /// The units are the subtrees below the nodes of one level. What a subtree hands to the level above is kept with its unit:
@@ -204,6 +205,7 @@ class TreeClusterer {
     clustered.theta = node.theta;
     clustered.grid = node.grid;
     clustered.digest = node.digest;
+    clustered.numerics = node.numerics;
     sink_.take(std::move(clustered));
   }
 

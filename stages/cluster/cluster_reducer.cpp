@@ -189,7 +189,8 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
   CAIRN_CHECK(quota >= 1 && quota <= node.position.size());
   Clustering clustering(node);
   clustering.collapse_coincident(quota, options_.theta.start_degrees);
-  int cell_bits = options_.grid ? node.curve.cell_bits : auto_cell_bits(node.curve.key);
+  const int first_cell_bits = options_.grid ? node.curve.cell_bits : auto_cell_bits(node.curve.key);
+  int cell_bits = first_cell_bits;
   while (clustering.count() > quota) {
     clustering.merge_lists(cell_bits, quota, options_.theta);
     if (clustering.count() > quota) cell_bits = std::max(0, cell_bits - 1);
@@ -203,7 +204,9 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
           .theta_degrees = node.normal.empty()
                                ? 0
                                : std::max(options_.theta.start_degrees, clustering.theta_reached()),
-          .grid = cells};
+          .grid = cells,
+          .theta_relaxed = clustering.theta_reached() > options_.theta.start_degrees,
+          .grid_coarsened = cell_bits < first_cell_bits};
 }
 
 }  // namespace cairn::stages

@@ -37,6 +37,8 @@ struct Reduction {
       0;  ///< largest threshold that merging was relaxed to; 0 if normals played no part
   std::uint32_t grid =
       0;  ///< cells along the longest axis of the coarsest grid used; 0 if none was
+  bool theta_relaxed = false;   ///< beyond its setting
+  bool grid_coarsened = false;  ///< from the one that merging began on
 };
 
 class Reducer {

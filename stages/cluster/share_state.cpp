@@ -23,6 +23,7 @@ void visit_members(Node& node, Visit visit) {
   visit(node.digest);
   visit(node.theta);
   visit(node.grid);
+  visit(node.numerics);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "formats/dataset/node_data.h"
 #include "formats/dataset/node_record.h"
 #include "formats/dataset/normal_map.h"
+#include "formats/dataset/numerics.h"
 #include "formats/wide_int.h"
 
 namespace cairn::stages {
@@ -43,6 +44,7 @@ struct WorkingNode {
   formats::Digest digest;
   float theta = 0;  ///< of the merging that made these points
   std::uint32_t grid = 0;
+  formats::Numerics numerics;  ///< of that merging; nothing of quantisation yet
 
   std::size_t count() const { return data.count(); }
   std::uint64_t weight_of(std::size_t i) const { return data.weight.empty() ? 1 : data.weight[i]; }

@@ -276,6 +276,17 @@ formats::Grid fix_grid(ImportedPoints& points, const Scans& scans,
   return choose_grid(extents, resolution);
 }
 
+/// See ScanLedger::precision.
+double precision_of(const ScanInfo& info, const ScanBox& box) {
+  if (info.encoding == PositionEncoding::kSteps)
+    return *std::max_element(info.scale.begin(), info.scale.end());
+  const int digits = info.encoding == PositionEncoding::kFloat32 ? 24 : 53;
+  double farthest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    farthest = std::max({farthest, std::fabs(box.min[axis]), std::fabs(box.max[axis])});
+  return farthest > 0 ? std::ldexp(1.0, std::ilogb(farthest) + 1 - digits) : 0;
+}
+
 void map_to_grid(ImportedPoints& points, const Scans& scans, const std::vector<ScanBox>& boxes) {
   for (std::size_t s = 0; s < scans.size(); ++s) {
     points.maps.emplace_back(scans[s]->info(), points.grid);
@@ -284,6 +295,7 @@ void map_to_grid(ImportedPoints& points, const Scans& scans, const std::vector<S
     formats::GridBox& box = points.ledger[s].box;
     box.add(points.maps[s].map(boxes[s].min));
     box.add(points.maps[s].map(boxes[s].max));
+    points.ledger[s].precision = precision_of(scans[s]->info(), boxes[s]);
     points.box.add(box);
   }
 }

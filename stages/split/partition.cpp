@@ -77,6 +77,7 @@ struct Cursors {
 
 struct Pass {
   std::span<const Slab> slabs;
+  const std::array<double, 3>& step;
   std::size_t axis;
   std::int32_t low;
   const Divider& divider;
@@ -153,6 +154,7 @@ std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& c
     std::memcpy(to, p.data(), 12);
     copy_attributes(to + 12, record + slab.position_bytes, stride - 12);
     boxes[child].add(p);
+    if (slab.rounding != nullptr) slab.rounding->add(slab.map->rounded_off(record, p), pass.step);
   });
   if (pass.mode.release) {
     for (std::size_t child = 0; child < begin.size(); ++child)
@@ -205,7 +207,7 @@ std::vector<GridBox> partition(std::span<const Slab> slabs, const GridBox& box,
       ties.push_back({boundary.key, boundary.less});
   }
   const Divider divider(std::move(ties), std::move(keys), starts);
-  return scatter({slabs, axis, box.min[axis], divider, target, mode}, starts);
+  return scatter({slabs, step, axis, box.min[axis], divider, target, mode}, starts);
 }
 
 }  // namespace cairn::stages

@@ -10,6 +10,7 @@
 #include "formats/arrays/external_array.h"
 #include "formats/scans/position_map.h"
 #include "stages/parallel.h"
+#include "stages/split/rounding.h"
 
 namespace cairn::stages {
 
@@ -21,6 +22,7 @@ struct Slab {
   std::size_t stride = 0;                     ///< bytes of a record
   std::size_t position_bytes = 12;            ///< in front of each record
   const formats::PositionMap* map = nullptr;  ///< none: positions are grid steps
+  Rounding* rounding = nullptr;  ///< where it is added up what the map rounds off; none: nothing is
 
   const std::byte* record(std::uint64_t i) const {
     return array->bytes().data() + first_byte + i * stride;

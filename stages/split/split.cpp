@@ -30,7 +30,20 @@ constexpr std::uint64_t kMemoryLevelUnit = kStageDone - 1;
 struct Parts {
   std::vector<GridBox> boxes;
   std::vector<std::uint64_t> checksums;  ///< of their records
+  std::vector<Rounding> rounding;        ///< of the root: a scan; else empty
 };
+
+/// What an earlier run has told of a unit.
+std::optional<Parts> recall(const Context& context, std::uint64_t unit) {
+  const auto state = finished_unit(context, kUnits, unit);
+  if (!state) return std::nullopt;
+  Parts parts;
+  StateReader reader(*state);
+  reader.get(parts.boxes);
+  reader.get(parts.checksums);
+  reader.get(parts.rounding);
+  return parts;
+}
 
 /// Records of consecutive numbers in an array.
 struct Place {
@@ -81,13 +94,23 @@ class Splitter {
     }
     if (imported.array.size_bytes() == 0) throw WorkLost{};
     std::vector<Slab> slabs;
+    std::vector<std::size_t> scans;  // of the slabs
     const std::uint64_t records = slab_records(imported.stride);
     for (const RecordRun& run : imported.runs)
-      for (std::uint64_t done = 0; done < run.count; done += records)
+      for (std::uint64_t done = 0; done < run.count; done += records) {
         slabs.push_back({&imported.array, run.first_byte + done * imported.stride,
                          std::min(records, run.count - done), imported.stride,
                          imported.native_position_bytes, &imported.maps[run.scan]});
-    return divide_as_unit(0, 0, slabs, imported.box, to);
+        scans.push_back(run.scan);
+      }
+    std::vector<Rounding> of_slabs(slabs.size());
+    for (std::size_t i = 0; i < slabs.size(); ++i)
+      if (!slabs[i].map->exact()) slabs[i].rounding = &of_slabs[i];
+    Parts parts = divide_and_sum(0, 0, slabs, imported.box, to);
+    parts.rounding.resize(imported.maps.size());
+    for (std::size_t i = 0; i < slabs.size(); ++i) parts.rounding[scans[i]].add(of_slabs[i]);
+    remember(0, parts);
+    return parts;
   }
 
   /// Splits the children of a node, whose records stand in `from`.
@@ -118,18 +141,12 @@ class Splitter {
   }
 
   std::optional<Parts> recalled(std::uint64_t unit) const {
-    const auto state = again_ ? finished_unit(context_, kUnits, unit) : std::nullopt;
-    if (!state) return std::nullopt;
-    Parts parts;
-    StateReader reader(*state);
-    reader.get(parts.boxes);
-    reader.get(parts.checksums);
-    return parts;
+    return again_ ? recall(context_, unit) : std::nullopt;
   }
 
   void remember(std::uint64_t unit, const Parts& parts) const {
     finish_unit(context_, kUnits, unit,
-                StateWriter().put(parts.boxes).put(parts.checksums).bytes());
+                StateWriter().put(parts.boxes).put(parts.checksums).put(parts.rounding).bytes());
   }
 
   std::uint64_t unit_of(Level level, std::uint64_t index) const {
@@ -151,18 +168,17 @@ class Splitter {
       context_.progress->advance(tree_.input_range(level, index).count);
     } else {
       require_source(level, index, checksum, from);
-      children = divide_as_unit(level, index, slabs_of({&from, 0}, level, index), box, to);
+      children = divide_and_sum(level, index, slabs_of({&from, 0}, level, index), box, to);
+      remember(unit_of(level, index), *children);
     }
     split_children(level, index, *children, to, from);
   }
 
-  /// Divides a node into `to`, and what it leaves is told to the log.
-  Parts divide_as_unit(Level level, std::uint64_t index, const std::vector<Slab>& slabs,
+  Parts divide_and_sum(Level level, std::uint64_t index, const std::vector<Slab>& slabs,
                        const GridBox& box, ExternalArray& to) const {
     Parts parts;
     parts.boxes = divide(level, index, slabs, box, {&to, 0});
     parts.checksums = checksums_of(to, child_ranges(level, index));
-    remember(unit_of(level, index), parts);
     return parts;
   }
 
@@ -183,7 +199,7 @@ class Splitter {
         divide(level, index, slabs_of({&from, 0}, level, index), box, target(level, places));
     if (!fits(tree_.points())) from.release(range.first * stride_, range.count * stride_);
     split_in_memory(level, index, boxes, places);
-    remember(unit_of(level, index), {{box}, checksums_of(to, {range})});
+    remember(unit_of(level, index), {{box}, checksums_of(to, {range}), {}});
   }
 
   /// The leaves' place is the first; the levels above change sides.
@@ -285,6 +301,12 @@ class Splitter {
 
 }  // namespace
 
+std::vector<Rounding> rounding_of_split(const Context& context) {
+  auto root = recall(context, 0);
+  if (!root) throw WorkLost{};
+  return std::move(root->rounding);
+}
+
 SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context) {
   const std::size_t stride = imported.stride - imported.native_position_bytes + 12;
   const std::uint64_t size_bytes = imported.points * stride;
@@ -296,14 +318,17 @@ SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context)
   auto& other = splitter.ends_in_second() ? first : second;
   context.progress->begin("split", imported.points * std::max<Level>(1, levels));
   // A worker holds the slab that it reads and what it writes of it.
+  std::vector<Rounding> rounding;
   run_in_arena(workers_within(context, 2 * kSlabBytes), [&] {
     if (splitter.is_done()) {
       if (!last || !splitter.is_intact(*last)) throw WorkLost{};
+      rounding = rounding_of_split(context);
       return;
     }
     if (second && !first) throw WorkLost{};
     if (!first) first = context.make_array("split-a", size_bytes);
     const Parts children = splitter.split_root(imported, *first);
+    rounding = children.rounding;
     imported.array.remove();
     if (levels > 1) {
       if (!second) second = context.make_array("split-b", size_bytes);
@@ -313,7 +338,7 @@ SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context)
   });
   context.progress->end();
   if (other) other->remove();
-  return {std::move(*last), stride};
+  return {std::move(*last), stride, std::move(rounding)};
 }
 
 }  // namespace cairn::stages

@@ -3,9 +3,12 @@
 // Based on: Goswami et al. 2010, section III.B and the procedure NdTree of Figure 3.
 #pragma once
 
+#include <vector>
+
 #include "formats/dataset/tree.h"
 #include "stages/context.h"
 #include "stages/imported_points.h"
+#include "stages/split/rounding.h"
 
 namespace cairn::stages {
 
@@ -13,10 +16,14 @@ namespace cairn::stages {
 struct SplitPoints {
   formats::ExternalArray array;
   std::size_t stride = 0;  ///< bytes of a record: 12-byte grid position, then the attributes
+  std::vector<Rounding> rounding;  ///< a scan: what mapping its positions to the grid rounded off
 };
 
 /// Consumes the imported points. Between two work arrays records are streamed while a node exceeds its
 /// share of the memory, and handled in memory below that.
 SplitPoints split(ImportedPoints&& imported, const formats::Tree& tree, Context& context);
+
+/// SplitPoints::rounding of an earlier run, as the context's log tells it. Throws WorkLost if it does not.
+std::vector<Rounding> rounding_of_split(const Context& context);
 
 }  // namespace cairn::stages

@@ -20,7 +20,8 @@ std::vector<NodeRecord> records_of(const test::TinyTree& tree) {
 
 class MetadataTest : public testing::Test {
  protected:
-  nlohmann::json write(const MetadataExtras& extras) {
+  nlohmann::json write(MetadataExtras extras) {
+    extras.levels.resize(tree_.header.tree().leaf_level() + 1);
     text_ = write_metadata(tree_.header, nodes_, extras);
     return nlohmann::json::parse(text_);
   }

@@ -64,7 +64,7 @@ class ClusterTest : public test::StageFixture {
   std::vector<ClusteredNode> run(const std::vector<InputPoint>& points, const DatasetHeader& header,
                                  std::string_view reducer, ClusterOptions options = {}) {
     const std::size_t stride = formats::RecordLayout(header.schema, 12).stride;
-    formats::ExternalArray records = context().make_array("records", points.size() * stride);
+    formats::ExternalArray records = formats::ExternalArray::in_memory(points.size() * stride);
     for (std::size_t i = 0; i < points.size(); ++i) {
       std::byte* record = records.bytes().data() + i * stride;
       std::memcpy(record, points[i].position.data(), 12);
@@ -135,46 +135,71 @@ std::int64_t rounded_mean(Int128 sum, std::int64_t count) {
   return static_cast<std::int64_t>(q);
 }
 
+/// Holds the representatives of an inner node to integer arithmetic on the input points that they stand for.
+void expect_exact(const ClusteredNode& node, const DatasetHeader& header,
+                  const std::vector<std::vector<std::size_t>>& stands_for,
+                  const std::vector<InputPoint>& input) {
+  std::uint64_t total = 0;
+  Int128 squared_steps[3] = {};
+  double farthest = 0;
+  for (std::size_t i = 0; i < node.points.count(); ++i) {
+    const auto& members = stands_for[i];
+    const auto count = static_cast<std::int64_t>(members.size());
+    const GridPoint& mean = node.points.position[i];
+    ASSERT_EQ(node.points.weight[i], members.size());
+    total += members.size();
+    Int128 sum[3] = {}, intensity = 0;
+    for (const std::size_t m : members) {
+      for (int axis = 0; axis < 3; ++axis) {
+        sum[axis] += input[m].position[axis];
+        const std::int64_t d = std::int64_t{input[m].position[axis]} - mean[axis];
+        squared_steps[axis] += static_cast<Int128>(d) * d;
+      }
+      intensity += input[m].intensity;
+      farthest =
+          std::max(farthest, std::sqrt(squared_distance(header.grid, input[m].position, mean)));
+    }
+    for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(mean[axis], rounded_mean(sum[axis], count));
+    ASSERT_EQ(formats::load_scalar(node.points.attributes[0].data() + 2 * i, ScalarType::kU16),
+              static_cast<double>(rounded_mean(intensity, count)));
+  }
+  ASSERT_EQ(total, node.weight);
+  // The steps are powers of two: the only roundings are those of three sums to doubles, and of adding them up.
+  long double squared = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    squared += static_cast<long double>(squared_steps[axis]) * header.grid.step[axis] *
+               header.grid.step[axis];
+  ASSERT_NEAR(node.squared_error, static_cast<double>(squared),
+              1e-15 * static_cast<double>(squared));
+  ASSERT_GE(node.bound, farthest);
+}
+
+void expect_exact(const std::vector<ClusteredNode>& nodes, const DatasetHeader& header,
+                  const std::vector<InputPoint>& input) {
+  const Tree tree = header.tree();
+  ASSERT_EQ(nodes.size(), tree.node_count());
+  const auto stands_for = follow(nodes, tree, input);
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if (tree.is_leaf(NodeId{n})) continue;
+    ASSERT_EQ(nodes[n].points.count(), tree.node_points());
+    ASSERT_NO_FATAL_FAILURE(expect_exact(nodes[n], header, stands_for[n], input));
+  }
+}
+
 TEST_F(ClusterTest, RepresentativesAreExactMeansOverInputPointsOnEveryLevel) {
   for (unsigned seed = 0; seed < 30; ++seed) {
     const auto input = random_cloud(300 + 37 * seed, seed % 3 == 0 ? 12 : 1 << 20, seed);
     const DatasetHeader header = header_for(input.size(), 2 + seed % 3, 40);
-    const Tree tree = header.tree();
-    const auto nodes = run(input, header, "cluster");
-    ASSERT_EQ(nodes.size(), tree.node_count());
-    const auto stands_for = follow(nodes, tree, input);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      if (tree.is_leaf(NodeId{n})) continue;
-      const ClusteredNode& node = nodes[n];
-      ASSERT_EQ(node.points.count(), tree.node_points());
-      Int128 total = 0;
-      double squared = 0, farthest = 0;
-      for (std::size_t i = 0; i < node.points.count(); ++i) {
-        const auto& members = stands_for[n][i];
-        ASSERT_EQ(node.points.weight[i], members.size());
-        total += static_cast<Int128>(members.size());
-        Int128 sum[3] = {}, intensity = 0;
-        for (const std::size_t m : members) {
-          for (int axis = 0; axis < 3; ++axis) sum[axis] += input[m].position[axis];
-          intensity += input[m].intensity;
-        }
-        for (int axis = 0; axis < 3; ++axis)
-          ASSERT_EQ(node.points.position[i][axis],
-                    rounded_mean(sum[axis], static_cast<std::int64_t>(members.size())));
-        ASSERT_EQ(formats::load_scalar(node.points.attributes[0].data() + 2 * i, ScalarType::kU16),
-                  static_cast<double>(
-                      rounded_mean(intensity, static_cast<std::int64_t>(members.size()))));
-        for (const std::size_t m : members) {
-          const double d2 =
-              squared_distance(header.grid, input[m].position, node.points.position[i]);
-          squared += d2;
-          farthest = std::max(farthest, std::sqrt(d2));
-        }
-      }
-      EXPECT_TRUE(total == static_cast<Int128>(node.weight));
-      EXPECT_NEAR(node.squared_error, squared, 1e-9 * squared);
-      EXPECT_GE(node.bound, farthest);
-    }
+    ASSERT_NO_FATAL_FAILURE(expect_exact(run(input, header, "cluster"), header, input)) << seed;
+  }
+}
+
+TEST_F(ClusterTest, TenThousandSmallCloudsAreExactToo) {
+  constexpr std::int32_t kRanges[] = {1, 2, 5, 1000, 1 << 20, INT32_MAX};
+  for (unsigned seed = 0; seed < 10'000; ++seed) {
+    const auto input = random_cloud(2 + seed % 79, kRanges[seed % std::size(kRanges)], seed);
+    const DatasetHeader header = header_for(input.size(), 2 + seed % 4, 5 + seed % 5);
+    ASSERT_NO_FATAL_FAILURE(expect_exact(run(input, header, "cluster"), header, input)) << seed;
   }
 }
 
@@ -277,11 +302,42 @@ TEST_F(ClusterTest, CancellingNormalsGiveTheHeaviestMembers) {
     input.push_back({{i / 2, 0, 0}, 0, 0, {0, 0, i % 2 == 0 ? 1.0F : -1.0F}});
   const auto nodes =
       run(input, header_for(input.size(), 2, 16), "cluster", {.grid = {}, .theta = {180, 1.5F}});
+  const auto stands_for = follow(nodes, header_for(input.size(), 2, 16).tree(), input);
+  std::uint64_t cancelled = 0;
   for (std::size_t i = 0; i < nodes[0].points.count(); ++i) {
+    float sum = 0;
+    for (const std::size_t m : stands_for[0][i]) sum += input[m].normal[2];
+    cancelled += sum == 0 ? 1 : 0;
     float n[3];
     std::memcpy(n, nodes[0].points.attributes[2].data() + 12 * i, 12);
     EXPECT_FLOAT_EQ(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1);
   }
+  EXPECT_GT(cancelled, 0U);
+  EXPECT_EQ(nodes[0].numerics.cancelled_normals, cancelled);
+}
+
+TEST_F(ClusterTest, RelaxedLimitsAreCounted) {
+  // Two leaves of four pairs of opposite normals, each to become four points.
+  std::vector<InputPoint> pairs, row;
+  for (int i = 0; i < 16; ++i) {
+    pairs.push_back({{i / 2, 0, 0}, 0, 0, {0, 0, i % 2 == 0 ? 1.0F : -1.0F}});
+    row.push_back({{i, 0, 0}, 0, 0, {0, 0, 1}});
+  }
+  const auto root = [&](const std::vector<InputPoint>& input, std::uint32_t grid, float theta) {
+    return run(input, header_for(input.size(), 2, 8), "cluster",
+               {.grid = grid, .theta = {theta, 1.5F}})[0]
+        .numerics;
+  };
+  // In one cell each point has neighbours that face the same way.
+  EXPECT_EQ(root(pairs, 1, 15).relaxed_theta, 0U);
+  EXPECT_EQ(root(pairs, 1, 15).coarsened_grid, 0U);
+  // With a cell a place there is nothing to merge in a cell but the two opposite ones.
+  EXPECT_EQ(root(pairs, 65536, 15).relaxed_theta, 2U);
+  EXPECT_EQ(root(pairs, 65536, 15).cancelled_normals, 8U);
+  EXPECT_EQ(root(pairs, 65536, 180).relaxed_theta, 0U);
+  // With a cell a point there is nothing to merge in it at all.
+  EXPECT_EQ(root(row, 65536, 15).coarsened_grid, 2U);
+  EXPECT_EQ(root(row, 65536, 15).relaxed_theta, 0U);
 }
 
 TEST_F(ClusterTest, SameNodesFromOneAndManyThreads) {

@@ -103,7 +103,7 @@ Built make_leaf(const DatasetHeader& header, const Tree& t, NodeId id, std::int3
 /// Quantises the node as pack will, so that the parent can measure what a reader will see.
 void decode(const DatasetHeader& header, bool leaf, Built& built) {
   built.decoded = built.node.points;
-  NodeFrame::fit(header, leaf, built.decoded).quantize(header.schema, built.decoded);
+  NodeFrame::fit(header, leaf, built.decoded).quantize(header.schema, header.grid, built.decoded);
   built.decoded_box = built.node.subtree_box;
   for (const GridPoint& p : built.decoded.position) built.decoded_box.add(p);
 }
