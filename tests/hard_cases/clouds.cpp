@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -49,9 +51,16 @@ void write_ply(const std::filesystem::path& path, const Cloud& cloud, bool as_fl
   write(path, bytes);
 }
 
-void write_las(const std::filesystem::path& path, const LasGrid& grid,
-               const std::vector<std::array<std::int32_t, 3>>& steps) {
-  constexpr std::size_t kHeaderBytes = 227, kRecordBytes = 20;
+namespace {
+
+/// What follows the coordinates is of a record's own format.
+using AppendRest = std::function<void(std::string& bytes, std::size_t point)>;
+
+void write_las_of_format(const std::filesystem::path& path, std::uint8_t format,
+                         std::uint16_t record_bytes, const LasGrid& grid,
+                         const std::vector<std::array<std::int32_t, 3>>& steps,
+                         const AppendRest& append_rest) {
+  constexpr std::size_t kHeaderBytes = 227;
   std::string bytes(kHeaderBytes, '\0');
   const auto put = [&](std::size_t at, auto value) {
     std::memcpy(&bytes[at], &value, sizeof value);
@@ -61,18 +70,40 @@ void write_las(const std::filesystem::path& path, const LasGrid& grid,
   put(25, std::uint8_t{2});
   put(94, std::uint16_t{kHeaderBytes});
   put(96, std::uint32_t{kHeaderBytes});
-  put(105, std::uint16_t{kRecordBytes});
+  put(104, format);
+  put(105, record_bytes);
   put(107, static_cast<std::uint32_t>(steps.size()));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     put(131 + 8 * axis, grid.scale[axis]);
     put(155 + 8 * axis, grid.offset[axis]);
   }
   for (std::size_t i = 0; i < steps.size(); ++i) {
+    const std::size_t end = bytes.size() + record_bytes;
     for (const std::int32_t step : steps[i]) append(bytes, step);
-    append(bytes, static_cast<std::uint16_t>(i));
-    bytes.append(kRecordBytes - 14, '\0');
+    append_rest(bytes, i);
+    bytes.resize(end);
   }
   write(path, bytes);
+}
+
+}  // namespace
+
+void write_las(const std::filesystem::path& path, const LasGrid& grid,
+               const std::vector<std::array<std::int32_t, 3>>& steps) {
+  write_las_of_format(path, 0, 20, grid, steps, [](std::string& bytes, std::size_t i) {
+    append(bytes, static_cast<std::uint16_t>(i));
+  });
+}
+
+void write_colored_las(const std::filesystem::path& path, const LasGrid& grid,
+                       const std::vector<std::array<std::int32_t, 3>>& steps) {
+  write_las_of_format(path, 3, 34, grid, steps, [](std::string& bytes, std::size_t i) {
+    bytes.append(8, '\0');  // intensity to source number
+    append(bytes, i % 3 == 0 ? std::numeric_limits<double>::quiet_NaN()
+                             : 1e9 + 1e-6 * static_cast<double>(i));
+    for (std::size_t c = 0; c < 3; ++c)
+      append(bytes, static_cast<std::uint16_t>((i * (c + 1)) % 256));
+  });
 }
 
 Cloud random_box(std::size_t count, const Position& corner, const Position& size, unsigned seed) {

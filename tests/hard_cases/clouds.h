@@ -29,6 +29,9 @@ struct LasGrid {
 };
 void write_las(const std::filesystem::path& path, const LasGrid& grid,
                const std::vector<std::array<std::int32_t, 3>>& steps);
+/// The same in point format 3, with GPS times of which every third is no number, and colours of 8 bits in fields of 16.
+void write_colored_las(const std::filesystem::path& path, const LasGrid& grid,
+                       const std::vector<std::array<std::int32_t, 3>>& steps);
 
 /// Pseudo-random points; the same on every machine.
 Cloud random_box(std::size_t count, const Position& corner, const Position& size, unsigned seed);

@@ -22,13 +22,14 @@ using ::testing::HasSubstr;
 /// A dataset, as far as expectations ask for it.
 struct Built {
   json info;
-  fs::path root;  ///< level 0, exported as PLY
+  fs::path root;    ///< level 0, exported as PLY
+  std::string err;  ///< what the build told
 };
 
 struct HardCase {
   std::string name;
-  /// Writes the scan "cloud.ply" or "cloud.las" into the folder and returns its path.
-  std::function<fs::path(const fs::path& folder)> write;
+  /// Writes the scans into the folder and returns their paths.
+  std::function<std::vector<std::string>(const fs::path& folder)> write;
   std::vector<std::string> flags;
   std::function<void(const Built&)> expect = [](const Built&) {};
 };
@@ -37,14 +38,25 @@ void PrintTo(const HardCase& hard, std::ostream* out) { *out << hard.name; }
 auto ply(const Cloud& cloud, bool as_float = false) {
   return [=](const fs::path& folder) {
     write_ply(folder / "cloud.ply", cloud, as_float);
-    return folder / "cloud.ply";
+    return std::vector<std::string>{folder / "cloud.ply"};
   };
 }
 
-auto las(const LasGrid& grid, const std::vector<std::array<std::int32_t, 3>>& steps) {
+using StepList = std::vector<std::array<std::int32_t, 3>>;
+
+auto las(const LasGrid& grid, const StepList& steps) {
   return [=](const fs::path& folder) {
     write_las(folder / "cloud.las", grid, steps);
-    return folder / "cloud.las";
+    return std::vector<std::string>{folder / "cloud.las"};
+  };
+}
+
+/// Two scans of the same steps, each on a grid of its own.
+auto two_las(const LasGrid& first, const LasGrid& second, const StepList& steps) {
+  return [=](const fs::path& folder) {
+    write_las(folder / "first.las", first, steps);
+    write_las(folder / "second.las", second, steps);
+    return std::vector<std::string>{folder / "first.las", folder / "second.las"};
   };
 }
 
@@ -105,6 +117,64 @@ auto expect_on_sheets(double gap) {
   };
 }
 
+/// Of clouds that are kept in the order of their PLY: how far each position is from the place on the dataset's grid that is
+/// nearest to it.
+auto expect_rounding_of(const std::vector<Position>& positions) {
+  return [=](const Built& built) {
+    const json& grid = built.info.at("grid");
+    long double most = 0, squares = 0;
+    for (const Position& p : positions) {
+      long double squared = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const long double step = grid.at("step").at(axis).get<double>();
+        const long double steps = (p[axis] - grid.at("offset").at(axis).get<double>()) / step;
+        const long double off = step * (steps - std::round(steps));
+        squared += off * off;
+      }
+      most = std::max(most, squared);
+      squares += squared;
+    }
+    const double step = grid.at("step").at(0);
+    const json& told = built.info.at("sources").at(0).at("rounding");
+    EXPECT_NEAR(told.at("largest").get<double>(), static_cast<double>(std::sqrt(most)),
+                1e-6 * step);
+    EXPECT_NEAR(
+        told.at("rms").get<double>(),
+        static_cast<double>(std::sqrt(squares / static_cast<long double>(positions.size()))),
+        1e-5 * step);
+    EXPECT_GT(told.at("largest"), 0.0);
+  };
+}
+
+void expect_nothing_rounded(const Built& built) {
+  for (const json& source : built.info.at("sources"))
+    EXPECT_EQ(source.at("rounding").at("largest"), 0.0);
+}
+
+/// Some positions are rounded, none by more than half a step on each axis.
+void expect_rounded(const Built& built) {
+  double most = 0;
+  for (const json& source : built.info.at("sources"))
+    most = std::max(most, source.at("rounding").at("largest").get<double>());
+  EXPECT_GT(most, 0);
+  EXPECT_LE(most, std::sqrt(0.75) * built.info.at("grid").at("step").at(0).get<double>());
+}
+
+/// What the levels tell of a quantity, added up.
+std::uint64_t counted(const Built& built, const char* quantity) {
+  std::uint64_t sum = 0;
+  for (const json& level : built.info.at("levels"))
+    sum += level.at("numerics").at(quantity).get<std::uint64_t>();
+  return sum;
+}
+
+auto expect_none(const char* quantity) {
+  return [=](const Built& built) { EXPECT_EQ(counted(built, quantity), 0U); };
+}
+auto expect_some(const char* quantity) {
+  return [=](const Built& built) { EXPECT_GT(counted(built, quantity), 0U); };
+}
+
 auto expect_step(double step) {
   return [=](const Built& built) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(built.info.at("grid").at("step").at(axis), step);
@@ -153,12 +223,16 @@ std::vector<HardCase> hard_cases() {
     cases.push_back(sized(9001, fanout, 100));
   cases.push_back(sized(5000, 64, 64));
   const Cloud box = random_box(8000, {0, 0, 0}, {1, 2, 3}, 1);
+  const Cloud earth_centred =
+      moved(random_box(9000, {0, 0, 0}, {20, 20, 20}, 6), {4'075'539.1, 931'735.2, 4'801'629.3});
+  const StepList some_steps = random_steps(4500, 0, 100'000, 13);
   const std::vector<HardCase> told{
-      {"one cell", ply(box), with({"--grid", "1"})},
-      {"a cell a point", ply(box), with({"--grid", "65536"})},
+      {"one cell", ply(box), with({"--grid", "1"}), expect_none("coarsened_grid")},
+      {"a cell a point", ply(box), with({"--grid", "65536"}), expect_some("coarsened_grid")},
       {"theta 0", ply(with_normals({{0, 0, 1}, {0, 1, 0}, {0.6F, 0, 0.8F}})),
-       with({"--theta", "0"})},
-      {"theta 180", ply(with_normals({{0, 0, 1}, {0, 0, -1}})), with({"--theta", "180"})},
+       with({"--theta", "0"}), expect_some("relaxed_theta")},
+      {"theta 180", ply(with_normals({{0, 0, 1}, {0, 0, -1}})), with({"--theta", "180"}),
+       expect_none("relaxed_theta")},
       {"all identical", ply(identical(200'000, {1.5, -2.25, 3})), tree_flags(4, 2000),
        expect_no_error},
       {"nine of ten identical",
@@ -181,21 +255,41 @@ std::vector<HardCase> hard_cases() {
        las({.scale = {0.001, 0.001, 0.001}, .offset = {500'000, 5'700'000, 300}},
            random_steps(9000, -50'000, 50'000, 5)),
        small, expect_step(0.001)},
-      {"Earth-centred in millimetres",
-       ply(moved(random_box(9000, {0, 0, 0}, {20, 20, 20}, 6),
-                 {4'075'539.1, 931'735.2, 4'801'629.3})),
-       small},
-      {"a micrometre wide", ply(scaled(box, 1e-6)), small},
-      {"a million kilometres wide", ply(scaled(box, 1e9)), small},
+      {"Earth-centred in millimetres", ply(earth_centred), small,
+       expect_rounding_of(earth_centred.positions)},
+      {"a micrometre wide", ply(scaled(box, 1e-6)), small,
+       expect_rounding_of(scaled(box, 1e-6).positions)},
+      {"a million kilometres wide", ply(scaled(box, 1e9)), small,
+       expect_rounding_of(scaled(box, 1e9).positions)},
       {"all of int32", las({}, random_steps(9000, kLeast, kGreatest, 7)), small,
        expect_step(0.001)},
       {"another scale on each axis",
        las({.scale = {0.001, 0.25, 1e-5}, .offset = {1, 2, 3}},
            random_steps(9000, -1000, 1'000'000, 8)),
        small},
+      {"scales of which one divides the other",
+       two_las({.scale = {0.01, 0.01, 0.01}}, {.scale = {0.001, 0.001, 0.001}, .offset = {5, 6, 7}},
+               some_steps),
+       small,
+       [](const Built& built) {
+         expect_step(0.001)(built);
+         expect_nothing_rounded(built);
+       }},
+      {"scales that do not divide each other",
+       two_las({.scale = {0.001, 0.001, 0.001}}, {.scale = {0.0007, 0.0007, 0.0007}}, some_steps),
+       small, expect_rounded},
+      {"offsets that do not divide",
+       two_las({.scale = {0.001, 0.001, 0.001}},
+               {.scale = {0.001, 0.001, 0.001}, .offset = {0.0004, 0, 0}}, some_steps),
+       small, expect_rounded},
       {"float32 far away",
        ply(moved(random_box(9000, {0, 0, 0}, {20, 20, 20}, 9), {500'000, 5'700'000, 0}), true),
-       small},
+       small,
+       [](const Built& built) {
+         // 24 binary digits, of which 5,700,000 takes 23.
+         EXPECT_EQ(built.info.at("sources").at(0).at("precision"), 0.5);
+         EXPECT_THAT(built.err, HasSubstr("float32 numbers that stand 0.5 apart"));
+       }},
       {"one outlier 100 km away",
        las({},
            [] {
@@ -210,8 +304,23 @@ std::vector<HardCase> hard_cases() {
       {"normals that are no numbers",
        ply(with_normals({{kNan, 0, 1}, {0, kInfinity, 0}, {0, 0, 1}})), small},
       {"normals that cancel", ply(with_normals({{0, 0, 1}, {0, 0, -1}})),
-       with({"--theta", "180", "--grid", "1"})},
-      {"normals all equal", ply(with_normals({{0.6F, 0, 0.8F}})), small},
+       with({"--theta", "180", "--grid", "1"}), expect_some("cancelled_normals")},
+      {"normals all equal", ply(with_normals({{0.6F, 0, 0.8F}})), small,
+       expect_none("cancelled_normals")},
+      {"opposite normals in one cell", ply(with_normals({{0, 0, 1}, {0, 0, -1}})),
+       with({"--theta", "0", "--grid", "1"}), expect_none("cancelled_normals")},
+      {"colours of 8 bits in 16, GPS times that are no numbers",
+       [](const fs::path& folder) {
+         write_colored_las(folder / "cloud.las", {}, random_steps(9000, 0, 100'000, 14));
+         return std::vector<std::string>{folder / "cloud.las"};
+       },
+       small,
+       [](const Built& built) {
+         const ScanPoints root = read_points(built.root);
+         for (std::size_t i = 0; i < root.points.count; ++i)
+           for (std::size_t c = 0; c < 3; ++c)
+             ASSERT_LE(root.value<std::uint16_t>("color", i, c), 255);
+       }},
       {"radii from 1e-4 to 1e4", ply(with_radii({1e-4F, 1, 1e4F})), small},
       {"radii that are none", ply(with_radii({0, -1, kNan, kInfinity, 0.5F})), small},
   };
@@ -227,10 +336,10 @@ std::string identifier(const std::string& name) {
 
 class HardCaseTest : public ProgramTest, public ::testing::WithParamInterface<HardCase> {
  protected:
-  Outcome build_as(const std::string& name, const fs::path& scan,
+  Outcome build_as(const std::string& name, const std::vector<std::string>& scans,
                    const std::vector<std::string>& resources) {
-    std::vector<std::string> arguments{"build", "--progress", "none", scan, "-o", folder_ / name};
-    for (const auto& more : {GetParam().flags, resources})
+    std::vector<std::string> arguments{"build", "--progress", "none", "-o", folder_ / name};
+    for (const auto& more : {scans, GetParam().flags, resources})
       arguments.insert(arguments.end(), more.begin(), more.end());
     return cairn(arguments);
   }
@@ -254,22 +363,24 @@ void record(const json& info) {
 }
 
 TEST_P(HardCaseTest, IsBuiltTheSameOnAnyMachineAndKeepsAllPromises) {
-  const fs::path scan = GetParam().write(folder_.path());
-  const Outcome outcome = build_as("site.cairn", scan, {"--threads", "3"});
+  const std::vector<std::string> scans = GetParam().write(folder_.path());
+  const Outcome outcome = build_as("site.cairn", scans, {"--threads", "3"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const Outcome again = build_as("again.cairn", scan, {"--threads", "1", "--memory", "64MiB"});
+  const Outcome again = build_as("again.cairn", scans, {"--threads", "1", "--memory", "64MiB"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   for (const char* file : {"index.bin", "nodes.bin", "metadata.json"})
     EXPECT_TRUE(read_text(folder_ / "site.cairn" / file) ==
                 read_text(folder_ / "again.cairn" / file))
         << file;
-  const Outcome verified = cairn({"verify", "--progress", "none", output(), "--against", scan});
+  std::vector<std::string> verify{"verify", "--progress", "none", output(), "--against"};
+  verify.insert(verify.end(), scans.begin(), scans.end());
+  const Outcome verified = cairn(verify);
   EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
   const fs::path root = folder_ / "root.ply";
   ASSERT_EQ(cairn({"export", "--progress", "none", output(), "--level", "0", "-o", root}).exit_code,
             0);
   const json told = info();
-  GetParam().expect({told, root});
+  GetParam().expect({told, root, outcome.err});
   record(told);
 }
 
