@@ -90,30 +90,35 @@ void require_room_for_estimates(const BuildOptions& options, const formats::Sche
   }
 }
 
+/// The most bytes that work arrays take at a time, of the stages that an earlier build has left undone.
+std::uint64_t array_bytes(const Journal& journal, const BuildOptions& options,
+                          const stages::CampaignSize& size, std::uint64_t final_records) {
+  const std::uint64_t records = size.points * size.record_bytes;
+  if (journal.is_done(stages::unit_log::kCluster)) return 0;
+  if (estimates(options) && journal.is_done(stages::unit_log::kEstimate)) return final_records;
+  const std::uint64_t after_split = estimates(options) ? records + final_records : records;
+  if (journal.is_done(stages::unit_log::kSplit)) return after_split;
+  return std::max({size.import_bytes + records, 2 * records, after_split});
+}
+
 /// Disk is asked for before work begins. Points can only be fewer than the headers claim, and packed
 /// nodes have not been seen to be larger than their records: this is an upper bound.
-void require_disk(const Workspace& workspace, const BuildOptions& options,
+void require_disk(const Workspace& workspace, const Journal& journal, const BuildOptions& options,
                   const stages::CampaignSize& size, bool numbered) {
-  const std::uint64_t records = size.points * size.record_bytes;
   const std::uint64_t final_records =
       size.points *
       stages::estimated_stride(size.record_bytes, numbered, estimate_options(options));
   const std::uint64_t packed = final_records + final_records / 2 + (std::uint64_t{1} << 20);
-  std::uint64_t arrays = std::max(size.import_bytes + records, 2 * records);
-  if (estimates(options)) arrays = std::max(arrays, records + final_records);
-  workspace.require_free(arrays + packed, packed);
+  workspace.require_free(array_bytes(journal, options, size, final_records) + packed, packed);
 }
 
 constexpr std::uint64_t kProgramBytes = std::uint64_t{16} << 20;
 
 /// A node that does not fit the memory is refused before its points are sorted into it.
-void require_memory(const Tree& tree, std::size_t stride, std::uint64_t memory_bytes) {
-  const std::uint64_t needed = stages::cluster_worker_bytes(tree, stride) + kProgramBytes;
-  if (needed <= memory_bytes) return;
-  formats::throw_usage(
-      fmt::format("nodes of {} points need {} of memory, of which {} may be used; "
-                  "lower node_points or raise memory",
-                  tree.node_points(), human_bytes(needed), human_bytes(memory_bytes)));
+void require_node_memory(const Tree& tree, std::size_t stride, std::uint64_t memory_bytes) {
+  require_memory(fmt::format("a node of {} points", tree.node_points()),
+                 stages::cluster_worker_bytes(tree, stride) + kProgramBytes, memory_bytes,
+                 "lower node_points or raise");
 }
 
 DatasetHeader make_header(const BuildOptions& options, const stages::ImportedPoints& imported,
@@ -360,7 +365,7 @@ class Build {
     const stages::ImportOptions import = import_options(options_, scans);
     const stages::CampaignSize size = stages::campaign_size(scans, import);
     require_room_for_estimates(options_, size.schema);
-    require_disk(workspace_, options_, size, import.number_scans);
+    require_disk(workspace_, journal_, options_, size, import.number_scans);
     scans_ = scans.size();
     input_bytes_ = 0;
     for (const auto& path : options_.campaign.scans)
@@ -368,10 +373,11 @@ class Build {
 
     stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
     const Tree tree = choose_tree(options_, imported.points);
-    require_memory(tree,
-                   stages::estimated_stride(imported.stride - imported.native_position_bytes + 12,
-                                            import.number_scans, estimate_options(options_)),
-                   context_.memory_bytes);
+    require_node_memory(
+        tree,
+        stages::estimated_stride(imported.stride - imported.native_position_bytes + 12,
+                                 import.number_scans, estimate_options(options_)),
+        context_.memory_bytes);
     const DatasetHeader header = make_header(options_, imported, tree);
     formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
     tell_lost_detail(scans, imported);
@@ -380,8 +386,8 @@ class Build {
 
     stages::SplitPoints points;
     points.stride = imported.stride - imported.native_position_bytes + sizeof(formats::GridPoint);
-    if (!is_done(stages::unit_log::kCluster)) {
-      if (!estimates(options_) || !is_done(stages::unit_log::kEstimate))
+    if (!journal_.is_done(stages::unit_log::kCluster)) {
+      if (!estimates(options_) || !journal_.is_done(stages::unit_log::kEstimate))
         points = stages::split(std::move(imported), tree, context_);
       if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
     }
@@ -399,11 +405,6 @@ class Build {
         formats::OutputFile::create(workspace_.dataset_folder() / formats::dataset_file::kMetadata);
     stages::write_dataset(context_, header, packer.finish(), spill, std::move(extras),
                           {nodes, index, metadata});
-  }
-
-  /// Whether an earlier build has left a stage's results: those before it need not be done again.
-  bool is_done(std::string_view stage) const {
-    return journal_.find(stage, stages::kStageDone).has_value();
   }
 
   /// The packed nodes of an earlier build stand in it, if the journal tells of any.

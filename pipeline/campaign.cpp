@@ -9,6 +9,7 @@
 #include "formats/scans/pose_file.h"
 #include "pipeline/distinct_files.h"
 #include "pipeline/human.h"
+#include "pipeline/memory_budget.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -46,11 +47,9 @@ class Poses {
 
 /// A reader that needs more memory than there is, such as the worker process of LAZ, is refused before it starts.
 void require_reading_memory(const formats::ScanReader& scan, std::uint64_t memory_bytes) {
-  const std::uint64_t needed = scan.read_bytes() + kImportBytes;
-  if (memory_bytes != 0 && needed > memory_bytes)
-    formats::throw_usage(fmt::format("reading {} ({}) needs {} of memory, of which {} may be used",
-                                     scan.info().name(), scan.info().format, human_bytes(needed),
-                                     human_bytes(memory_bytes)));
+  if (memory_bytes == 0) return;
+  require_memory(fmt::format("reading {} ({})", scan.info().name(), scan.info().format),
+                 scan.read_bytes() + kImportBytes, memory_bytes);
 }
 
 /// One position cannot be that of several sensors.

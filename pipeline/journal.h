@@ -30,6 +30,8 @@ class Journal final : public stages::UnitLog {
   /// Whether anything is done that a later run could go on with.
   bool has_units() const;
   bool has_units(std::string_view stage) const;
+  /// Whether a stage has finished its last unit.
+  bool is_done(std::string_view stage) const { return find(stage, stages::kStageDone).has_value(); }
   /// Forgets everything.
   void clear();
 

@@ -1,5 +1,7 @@
 #include "pipeline/memory_budget.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -8,8 +10,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "formats/error.h"
 #include "formats/lower_case.h"
 #include "formats/scans/laz/worker.h"
+#include "pipeline/human.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -132,6 +136,16 @@ std::uint64_t machine_memory_bytes(const std::filesystem::path& root) {
 
 std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_bytes) {
   return std::max(asked_bytes != 0 ? asked_bytes : machine_bytes / 2, kLeastMemoryBytes);
+}
+
+void require_memory(const std::string& what, std::uint64_t needed_bytes, std::uint64_t memory_bytes,
+                    const std::string& remedy) {
+  if (needed_bytes <= memory_bytes) return;
+  constexpr std::uint64_t kMebi = 1 << 20;
+  formats::throw_usage(
+      fmt::format("{} needs {} of memory, of which {} may be used; {} memory to {}MiB", what,
+                  human_bytes(needed_bytes), human_bytes(memory_bytes), remedy,
+                  (needed_bytes + kMebi - 1) / kMebi));
 }
 
 void restart_peak_memory() {

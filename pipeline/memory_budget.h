@@ -28,6 +28,11 @@ std::uint64_t machine_memory_bytes(const std::filesystem::path& root = "/");
 /// kLeastMemoryBytes.
 std::uint64_t memory_budget(std::uint64_t asked_bytes, std::uint64_t machine_bytes);
 
+/// Refuses settings that `needed_bytes` of memory do not suffice for, with the least value of the setting that does: "WHAT
+/// needs ..., of which ... may be used; REMEDY memory to 108MiB". Throws Error (kUsage) if more is needed than allowed.
+void require_memory(const std::string& what, std::uint64_t needed_bytes, std::uint64_t memory_bytes,
+                    const std::string& remedy = "raise");
+
 /// The largest resident memory that this process has had (VmHWM; 0 where that is not told), and the largest that its
 /// worker processes have had together, since it began or since restart_peak_memory: at most, since the two may
 /// not be at the same time.

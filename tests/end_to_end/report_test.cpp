@@ -11,6 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::json;
 
 class Report : public ProgramTest {
@@ -75,6 +76,33 @@ TEST_F(Report, TheLedgerAddsUpForEveryScan) {
   EXPECT_EQ(sources[1]["dropped"]["non_finite"], 1);
   const std::string text = cairn({"report", output()}).out;
   EXPECT_THAT(text, HasSubstr("nan.ply (PLY ascii)"));
+}
+
+TEST_F(Report, TellsWhatArithmeticDidToThePoints) {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4000\nproperty double x\n"
+      "property double y\nproperty double z\nend_header\n";
+  for (int i = 0; i < 4000; ++i)
+    text += std::to_string(0.25 * i) + " " + std::to_string(3 * (i * 7 % 4000)) + " 5\n";
+  write_text(folder_ / "plane.ply", text);
+  ASSERT_EQ(build({folder_ / "plane.ply", "--node-points", "300"}).exit_code, 0);
+  const Json report = this->report(), &numerics = report["numerics"];
+  EXPECT_EQ(numerics["flat_axes"], Json::array({"z"}));
+  ASSERT_EQ(numerics["levels"].size(), report["levels"].size());
+  for (std::size_t l = 0; l + 1 < numerics["levels"].size(); ++l)
+    EXPECT_EQ(numerics["levels"][l]["mergings"], report["levels"][l + 1]["nodes"]);
+  EXPECT_EQ(numerics["levels"].back()["mergings"], 0);
+  for (const Json& level : numerics["levels"])
+    for (const auto& [name, error] : level["quantization"].items())
+      EXPECT_LE(error["largest"], error["bound"]) << name;
+  EXPECT_EQ(numerics["scans"][0]["name"], "plane.ply");
+  EXPECT_THAT(cairn({"report", output()}).out, HasSubstr("without extent: z"));
+
+  edit_metadata([](Json& metadata) {
+    for (Json& level : metadata["levels"]) level.erase("numerics");
+  });
+  EXPECT_EQ(this->report()["numerics"], nullptr);
+  EXPECT_THAT(cairn({"report", output()}).out, Not(HasSubstr("Numerics")));
 }
 
 TEST_F(Report, TellsTheCostOfEveryStage) {
