@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <random>
 #include <thread>
 
@@ -101,10 +102,11 @@ class SmallDisk {
 
   bool mounted() const { return mounted_; }
 
-  /// Takes all space but this, as far as there is some to take.
+  /// Takes all space but this, as far as it gets it: a program that is being stopped may still take some.
   void leave(std::uint64_t free_bytes) const {
     const std::uint64_t available = fs::space(at_).available;
-    if (available > free_bytes) write_text(ballast(), std::string(available - free_bytes, 'x'));
+    if (available <= free_bytes) return;
+    std::ofstream(ballast()) << std::string(available - free_bytes, 'x');
   }
   void make_room() const { fs::remove(ballast()); }
 
@@ -196,9 +198,10 @@ class TroubleShape : public TroubleTest {
     return steps;
   }
 
+  /// With one thread: what several hold at the same time is a matter of luck.
   json build_sound(const Steps& steps) {
     write_las(folder_ / "cloud.las", {}, steps);
-    const Outcome built = build_at(output(), {folder_ / "cloud.las", "--force"});
+    const Outcome built = build_at(output(), {folder_ / "cloud.las", "--force", "--threads", "1"});
     EXPECT_EQ(built.exit_code, 0) << built.err;
     json told = expect_sound({"--against", folder_ / "cloud.las"});
     EXPECT_EQ(told.at("points"), steps.size());
@@ -220,7 +223,8 @@ TEST_F(TroubleShape, AStrayPointFarAwayCostsNothing) {
   const double ratio = peak_memory_bytes() / without;
   if (kPeakMemoryCounts) EXPECT_LT(ratio, 1.2);
   tell("a point 100 km away from a million", "PotreeConverter: twice the memory, one thread",
-       "exit 0: every point kept, equal nodes; " + percent(ratio) + " of the memory");
+       "exit 0: every point kept, equal nodes; " + percent(ratio) +
+           " of the memory that it takes without");
 }
 
 TEST_F(TroubleShape, AVolumeCostsWhatASurfaceDoes) {
@@ -232,7 +236,7 @@ TEST_F(TroubleShape, AVolumeCostsWhatASurfaceDoes) {
   tell("points that fill a volume",
        "PotreeConverter: ten times as long, or 2 of 20 million points in the root",
        "exit 0: " + told.at("levels").at(0).at("points").dump() +
-           " of a million points in the root, as in every inner node; " + percent(ratio) +
+           " of a million points in the root, as in any inner node; " + percent(ratio) +
            " of the memory of a surface");
 }
 
