@@ -14,9 +14,9 @@ class TroubleTest : public ProgramTest {
  protected:
   using Bytes = std::map<std::string, std::string>;
 
-  /// Runs the program on `folder/site.cairn`. A crash or a hang is a failure of the test.
+  /// Runs a command without progress. A crash or a hang is a failure of the test.
   Outcome run(const std::string& command, const std::vector<std::string>& arguments);
-  /// The same, to a dataset elsewhere.
+  /// The same with `build`, to this dataset.
   Outcome build_at(const std::filesystem::path& dataset, const std::vector<std::string>& arguments);
 
   /// The three files that make up a dataset.
