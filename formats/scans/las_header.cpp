@@ -102,8 +102,12 @@ void read_point_format(const Fields& fields, LasHeader& header) {
   header.compressed = (byte & 0xc0) != 0;
   header.point_format = byte & 0x3f;
   if (header.point_format > kMaxLasPointFormat)
+    // With the whole byte, which is what stands in the file.
     fields.refuse("unknown LAS point format", kLasPointFormatField,
-                  fmt::format("{}", header.point_format), "0 to 10");
+                  header.compressed
+                      ? fmt::format("{} (LAZ of format {})", byte, header.point_format)
+                      : fmt::format("{}", byte),
+                  "0 to 10");
   header.record_length_bytes = fields.get<std::uint16_t>(kRecordLength);
   const std::size_t needed = las_point_size(header.point_format);
   if (header.record_length_bytes < needed)

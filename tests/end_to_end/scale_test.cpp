@@ -4,22 +4,10 @@
 #include <cstring>
 
 #include "tests/end_to_end/program_test.h"
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define CAIRN_UNDER_SANITIZER 1
-#endif
-#endif
+#include "tests/support/sanitizers.h"
 
 namespace cairn::test {
 namespace {
-
-/// Sanitizers multiply what a process holds, so its peak tells nothing there.
-#ifdef CAIRN_UNDER_SANITIZER
-constexpr bool kPeakMemoryCounts = false;
-#else
-constexpr bool kPeakMemoryCounts = true;
-#endif
 
 /// A build's settings that must not show in its result.
 struct Machine {

@@ -236,6 +236,7 @@ TEST_F(LasReader, RefusesUnknownVersionsFormatsAndOffsets) {
   expect_refused(changed(24, std::uint8_t{2}), "unknown LAS version");
   expect_refused(changed(25, std::uint8_t{6}), "unknown LAS version");
   expect_refused(changed(104, std::uint8_t{11}), "unknown LAS point format");
+  expect_refused(changed(104, std::uint8_t{99}), "found 99 (LAZ of format 35)");
   expect_refused(changed(94, std::uint16_t{226}), "header size");
   expect_refused(changed(94, std::uint16_t{60000}), "cut short");
   expect_refused(changed(96, std::uint32_t{226}), "inside the header");

@@ -40,11 +40,15 @@ RunningProgram::RunningProgram(const std::string& program,
 RunningProgram::~RunningProgram() {
   if (!running()) return;
   ::kill(child_, SIGKILL);
-  ::waitpid(child_, &status_, 0);
+  collect(0);
+}
+
+void RunningProgram::collect(int options) {
+  if (!ended_) ended_ = ::wait4(child_, &status_, options, &usage_) != 0;
 }
 
 bool RunningProgram::running() {
-  if (!ended_) ended_ = ::waitpid(child_, &status_, WNOHANG) != 0;
+  collect(WNOHANG);
   return !ended_;
 }
 
@@ -55,11 +59,19 @@ void RunningProgram::signal(int number) {
 std::string RunningProgram::err() const { return read_text(folder_ / "err"); }
 
 Outcome RunningProgram::wait() {
-  if (!ended_) ::waitpid(child_, &status_, 0);
-  ended_ = true;
+  collect(0);
   return {.exit_code = WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_),
           .out = read_text(folder_ / "out"),
-          .err = err()};
+          .err = err(),
+          .peak_memory_bytes = static_cast<std::uint64_t>(usage_.ru_maxrss) * 1024};
+}
+
+Outcome RunningProgram::wait(std::chrono::seconds at_most) {
+  const auto end = std::chrono::steady_clock::now() + at_most;
+  while (running() && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  signal(SIGKILL);
+  return wait();
 }
 
 Outcome run_program(const std::string& program, const std::vector<std::string>& arguments,

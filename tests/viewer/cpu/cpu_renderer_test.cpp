@@ -1,11 +1,5 @@
 #include "viewer/cpu/cpu_renderer.h"
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define CAIRN_UNDER_SANITIZER 1
-#endif
-#endif
-
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -18,6 +12,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "tests/support/sanitizers.h"
 #include "tests/viewer/cpu/drawn_points.h"
 
 namespace cairn::viewer {

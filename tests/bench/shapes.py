@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""What the shape of a cloud costs: the time and peak memory of builds, as medians over several turns.
+
+Usage: tests/bench/shapes.py [--points N] [--turns R] [--threads T] [--program PATH] [--keep DIR]
+
+Makes four clouds of N points (LAS, point format 0): a surface, the same with one point 100 km away, points that fill a
+cube, and points that all are the same. Builds them in turns, after one turn that is not counted, so that what else the
+machine does meets all of them, and prints their medians with the fastest and slowest run, and the ratios to the surface.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import random
+import shutil
+import statistics
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+RECORD = struct.Struct("<iii8x")
+EXTENT = 1_000_000  # steps of a millimetre
+
+
+def surface(unit):
+    x, y = int(EXTENT * unit()), int(EXTENT * unit())
+    return x, y, int(20_000 * math.sin(x / 50_000) * math.cos(y / 70_000))
+
+
+def volume(unit):
+    return int(EXTENT * unit()), int(EXTENT * unit()), int(EXTENT * unit())
+
+
+def identical(_):
+    return 0, 0, 0
+
+
+FAR = (100_000_000, 0, 0)
+CLOUDS = {"surface": (surface, []), "surface and one far point": (surface, [FAR]), "volume": (volume, []),
+          "identical points": (identical, [])}
+
+
+def write_las(path, count, place, more):
+    """`count` points from `place`, then those of `more`."""
+    unit = random.Random(1).random
+    header = bytearray(227)
+    struct.pack_into("<4s20xBB68xHI5xHI20x3d", header, 0, b"LASF", 1, 2, 227, 227, RECORD.size, count + len(more),
+                     0.001, 0.001, 0.001)
+    with open(path, "wb") as file:
+        file.write(header)
+        for first in range(0, count, 100_000):
+            points = (place(unit) for _ in range(min(100_000, count - first)))
+            file.write(b"".join(RECORD.pack(*point) for point in points))
+        file.write(b"".join(RECORD.pack(*point) for point in more))
+
+
+def build_once(arguments, scan, output):
+    """Seconds and MiB."""
+    command = [arguments.program, "build", scan, "-o", output, "--force", "--progress", "none",
+               "--threads", str(arguments.threads)]
+    start = time.monotonic()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    seconds = time.monotonic() - start
+    return seconds, json.loads((output / "run.json").read_text())["peak_memory_bytes"] / 2**20
+
+
+def spread(values, digits):
+    median, least, most = (f"{value:.{digits}f}" for value in (statistics.median(values), min(values), max(values)))
+    return f"{median} ({least} to {most})"
+
+
+def print_report(arguments, runs):
+    print(f"{arguments.points:,} points, {arguments.threads} threads, {arguments.turns} turns\n")
+    print("| cloud | seconds | to the surface | peak memory, MiB | to the surface |")
+    print("| --- | --- | --- | --- | --- |")
+    middle = {name: [statistics.median(values) for values in zip(*results)] for name, results in runs.items()}
+    for name, results in runs.items():
+        seconds, memory = zip(*results)
+        ratios = [here / there for here, there in zip(middle[name], middle["surface"])]
+        print(f"| {name} | {spread(seconds, 2)} | {ratios[0]:.2f} | {spread(memory, 0)} | {ratios[1]:.2f} |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--points", type=int, default=5_000_000)
+    parser.add_argument("--turns", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/cairn")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the scans and datasets, kept afterwards")
+    arguments = parser.parse_args()
+    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-shapes-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        scans = {name: folder / f"{name.replace(' ', '-')}-{arguments.points}.las" for name in CLOUDS}
+        for name, scan in scans.items():
+            if not scan.exists():
+                write_las(scan, arguments.points, *CLOUDS[name])
+        runs = {name: [] for name in CLOUDS}
+        for turn in range(arguments.turns + 1):
+            for name, scan in scans.items():
+                result = build_once(arguments, scan, folder / "shape.cairn")
+                if turn > 0:
+                    runs[name].append(result)
+        print_report(arguments, runs)
+    finally:
+        if not arguments.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except subprocess.CalledProcessError as error:
+        sys.exit(f"shapes: {error.cmd[0]} ended with exit code {error.returncode}")
