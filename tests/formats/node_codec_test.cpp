@@ -76,7 +76,8 @@ TEST(NodeCodec, QuantizeForeseesWhatDecodeGives) {
   for (const stages::ClusteredNode& node : tree.nodes) {
     NodeData foreseen = node.points;
     const bool leaf = tree.header.tree().is_leaf(node.id);
-    NodeFrame::fit(tree.header, leaf, node.points).quantize(tree.header.schema, tree.header.grid, foreseen);
+    NodeFrame::fit(tree.header, leaf, node.points)
+        .quantize(tree.header.schema, tree.header.grid, foreseen);
     NodeData back;
     ASSERT_FALSE(decode(tree, encode(tree, node.id), back));
     EXPECT_EQ(back.position, foreseen.position);
