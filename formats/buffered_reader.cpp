@@ -27,7 +27,9 @@ void BufferedReader::fill(std::size_t size) {
   window_offset_ += next_;
   filled_ -= next_;
   next_ = 0;
-  const std::size_t wanted = std::max(size, kReadBytes);
+  // A small file takes no large window; one byte more tells that a line without an end is over.
+  const std::size_t wanted = std::max(
+      size, static_cast<std::size_t>(std::min<std::uint64_t>(kReadBytes, file_.size_bytes() + 1)));
   // Doubled, since a long line asks for one byte more at a time.
   if (window_.size() < wanted)
     window_.resize(std::max(wanted, std::min(2 * window_.size(), kMaxLineBytes + 1)));

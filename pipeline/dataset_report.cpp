@@ -9,6 +9,7 @@
 
 #include "formats/error.h"
 #include "pipeline/human.h"
+#include "pipeline/json_number.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -30,7 +31,7 @@ Json full_metadata(const formats::DatasetReader& dataset) {
 }
 
 std::uint64_t number(const Json& json, const char* key) {
-  return json.value(key, std::uint64_t{0});
+  return json.is_object() && !json.contains(key) ? 0 : whole_number(json.at(key));
 }
 
 std::string line(const char* name, const std::string& text) {
@@ -68,7 +69,7 @@ std::string schema_lines(const Json& json) {
   for (const Json& attribute : json.at("schema")) {
     words.push_back(attribute.at("name").get<std::string>() + " " +
                     attribute.at("type").get<std::string>());
-    if (const auto n = attribute.at("components").get<int>(); n > 1)
+    if (const auto n = whole_number(attribute.at("components")); n > 1)
       words.back() += fmt::format(" x {}", n);
     if (attribute.value("estimated", false)) words.back() += " (estimated)";
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pipeline/human.h"
+#include "pipeline/json_number.h"
 
 namespace cairn::pipeline {
 
@@ -75,13 +76,11 @@ std::string levels_table(const Json& levels) {
                   "mergings", "theta relaxed", "grid coarsened", "normals cancelled",
                   "position error of bound", "radius error of bound", "normal, degrees");
   for (const Json& level : levels) {
-    const auto count = [&](const char* key) {
-      return with_commas(level.at(key).get<std::uint64_t>());
-    };
+    const auto count = [&](const char* key) { return with_commas(whole_number(level.at(key))); };
     const Json& errors = level.at("quantization");
     text += fmt::format("  {:>5}  {:>9}  {:>13}  {:>14}  {:>17}  {:>24}  {:>24}  {:>16}\n",
-                        level.at("level").get<std::uint64_t>(), count("mergings"),
-                        count("relaxed_theta"), count("coarsened_grid"), count("cancelled_normals"),
+                        whole_number(level.at("level")), count("mergings"), count("relaxed_theta"),
+                        count("coarsened_grid"), count("cancelled_normals"),
                         error_text(errors.at("position")), error_text(errors.at("radius")),
                         error_text(errors.at("normal_degrees")));
   }

@@ -9,6 +9,7 @@
 #include "formats/scans/crs.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/human.h"
+#include "pipeline/json_number.h"
 #include "pipeline/level_statistics.h"
 #include "pipeline/numerics_report.h"
 
@@ -174,9 +175,9 @@ std::string ledger_table(const Json& report, const std::string& crs) {
       "  {:>14}  {:>14}  {:>14}  {:>11}  {:>10}  {:>10}  {}\n",
       "claimed", "read", "kept", "not finite", "no return", "missing", "scan");
   for (const Json& source : report.at("sources")) {
-    const auto number = [&](const char* key) { return source.at(key).get<std::uint64_t>(); };
+    const auto number = [&](const char* key) { return whole_number(source.at(key)); };
     const auto dropped = [&](const char* key) {
-      return source.at("dropped").at(key).get<std::uint64_t>();
+      return whole_number(source.at("dropped").at(key));
     };
     const std::uint64_t read = number("kept") + dropped("non_finite") + dropped("no_return");
     text +=
@@ -210,12 +211,11 @@ std::string quality_text(const formats::DatasetReader& dataset, const std::files
                          const std::optional<BuildReport>& run) try {
   const std::vector<LevelStatistics> levels = level_statistics(dataset);
   const Json report = report_json(dataset, folder, run);
-  std::string text =
-      fmt::format("{}\n  {} points of {} read: {} dropped, {} missing\n",
-                  printable(folder.string()), with_commas(report.at("points").get<std::uint64_t>()),
-                  with_commas(report.at("read").get<std::uint64_t>()),
-                  with_commas(report.at("dropped").get<std::uint64_t>()),
-                  with_commas(report.at("missing").get<std::uint64_t>()));
+  std::string text = fmt::format(
+      "{}\n  {} points of {} read: {} dropped, {} missing\n", printable(folder.string()),
+      with_commas(whole_number(report.at("points"))), with_commas(whole_number(report.at("read"))),
+      with_commas(whole_number(report.at("dropped"))),
+      with_commas(whole_number(report.at("missing"))));
   const std::string crs = crs_text(dataset, folder);
   text += fmt::format("  coordinate system: {}\n", crs.empty() ? "none" : crs);
   text += nodes_table(levels) + errors_table(levels) + numerics_text(report.at("numerics")) +

@@ -11,6 +11,7 @@
 
 #include "formats/error.h"
 #include "pipeline/compiled_in.h"
+#include "pipeline/json_number.h"
 #include "pipeline/memory_budget.h"
 
 namespace cairn::pipeline {
@@ -84,16 +85,16 @@ std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) 
   try {
     BuildReport report{.stages = {},
                        .elapsed_s = record.at("elapsed_s").get<double>(),
-                       .threads = record.at("threads").get<unsigned>(),
-                       .memory_limit_bytes = record.at("memory_limit_bytes").get<std::uint64_t>(),
-                       .peak_memory_bytes = record.at("peak_memory_bytes").get<std::uint64_t>(),
-                       .scans = record.at("scans").get<std::uint64_t>(),
-                       .input_bytes = record.at("input_bytes").get<std::uint64_t>()};
+                       .threads = static_cast<unsigned>(whole_number(record.at("threads"))),
+                       .memory_limit_bytes = whole_number(record.at("memory_limit_bytes")),
+                       .peak_memory_bytes = whole_number(record.at("peak_memory_bytes")),
+                       .scans = whole_number(record.at("scans")),
+                       .input_bytes = whole_number(record.at("input_bytes"))};
     for (const Json& stage : record.at("stages"))
-      report.stages.push_back(
-          {stage.at("name").get<std::string>(), stage.at("points").get<std::uint64_t>(),
-           stage.at("seconds").get<double>(), stage.at("cpu_seconds").get<double>(),
-           stage.at("peak_memory_bytes").get<std::uint64_t>()});
+      report.stages.push_back({stage.at("name").get<std::string>(),
+                               whole_number(stage.at("points")), stage.at("seconds").get<double>(),
+                               stage.at("cpu_seconds").get<double>(),
+                               whole_number(stage.at("peak_memory_bytes"))});
     return report;
   } catch (const Json::exception&) {
     return std::nullopt;  // a record by another version, or edited: it is only told, never needed

@@ -2,8 +2,8 @@
 # Builds the release and runs its tests.
 #
 #   scripts/test.sh            all short tests
-#   scripts/test.sh --long     the long ones, fuzzing first
-#   scripts/test.sh --all      short and long ones, after the sanitizers' builds and tests
+#   scripts/test.sh --long     the long ones
+#   scripts/test.sh --all      short and long ones, after the sanitizers' builds, tests and fuzzing
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,8 +15,7 @@ case "${1:-}" in
 esac
 
 scripts/setup.sh
-[[ "${1:-}" != --all ]] || scripts/sanitize.sh
-[[ -z "${1:-}" ]] || scripts/sanitize.sh fuzz
+[[ "${1:-}" != --all ]] || scripts/sanitize.sh asan tsan fuzz
 cmake --preset release
 cmake --build --preset release
 ctest --preset release --parallel "$(nproc)" --label-regex "$label"

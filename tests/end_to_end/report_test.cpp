@@ -165,6 +165,8 @@ TEST_F(Report, MetadataWithoutWhatItsFormatDemandsIsBadInput) {
       {"report", [](Json& json) { json.erase("sources"); }},
       {"report", [](Json& json) { json["sources"][0]["bounds"]["max"] = Json::array(); }},
       {"report", [](Json& json) { json["sources"][0]["kept"] = "all"; }},
+      {"report", [](Json& json) { json["sources"][0]["kept"] = 1e300; }},
+      {"info", [](Json& json) { json["tree"]["nodes"] = 1e300; }},
       {"info", [](Json& json) { json.erase("schema"); }},
       {"info",
        [](Json& json) {

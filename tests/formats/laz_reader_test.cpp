@@ -239,6 +239,16 @@ TEST_F(LazReader, RefusesAChunkThatItsPointsDoNotUseUp) {
   EXPECT_EQ(read(pointwise().build()).points.count, 4u) << "the next worker is sound";
 }
 
+TEST_F(LazReader, TheChunksOfACutFileEndWithinIt) {
+  const LazBytes laz = layered();
+  const std::size_t begin = laz.points_begin();
+  for (std::size_t size = begin; size < begin + 12; ++size) {
+    const RandomAccessFile file(folder_.write("scan.laz", laz.build().substr(0, size)));
+    const LasHeader header = read_las_header(file);
+    EXPECT_LE(read_chunk_table(file, header, read_laszip_record(file, header), true).end, size);
+  }
+}
+
 TEST_F(LazReader, AFileCutAnywhereIsRefusedOrKeepsItsWholeLayeredChunks) {
   for (const LazBytes& laz : {pointwise(), layered()}) {
     const std::string whole = laz.build();

@@ -1,23 +1,18 @@
-// libFuzzer target for node sections; `scripts/sanitize.sh fuzz` runs it.
-// The first bytes of an input choose the shape and the codec. The rest is taken first as a column, which
-// has to come back from its section, then as a hostile section, decoded into an allocation of exactly
-// the column's size.
-#include <cstdint>
-#include <cstdlib>
-#include <span>
+// Hostile node sections. The first bytes of an input choose the shape and the codec. The rest is taken first as a column,
+// which has to come back from its section, then as a hostile section, decoded into an allocation of exactly the column's
+// size.
+#include <algorithm>
 #include <vector>
 
 #include "formats/dataset/node_section.h"
+#include "tests/fuzz/fuzz_target.h"
 
+namespace cairn::fuzz {
 namespace {
 
-using namespace cairn::formats;
+using namespace formats;
 
 constexpr std::size_t kHeadBytes = 4;
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
 
 void encode_decode_compare(std::span<const std::byte> data, ColumnShape shape, Codec codec) {
   shape.count = data.size() / shape.point_bytes();
@@ -36,15 +31,16 @@ void decode_hostile(std::span<const std::byte> section, const ColumnShape& shape
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  if (size < kHeadBytes) return 0;
-  const auto data = std::as_bytes(std::span(bytes, size)).subspan(kHeadBytes);
+void run(std::span<const std::byte> bytes) {
+  if (bytes.size() < kHeadBytes) return;
+  const auto head = [&](std::size_t i) { return std::to_integer<std::size_t>(bytes[i]); };
+  const auto data = bytes.subspan(kHeadBytes);
   ColumnShape shape;
-  shape.type = static_cast<ScalarType>(1 + bytes[0] % 10);
-  shape.components = 1 + bytes[1] % (bytes[1] < 128 ? 4 : 128);
-  const auto codec = static_cast<Codec>(bytes[2] % 4);
-  encode_decode_compare(data, shape, codec);
-  shape.count = std::size_t{bytes[3]} * (bytes[3] % 2 == 0 ? 1 : 5);
+  shape.type = static_cast<ScalarType>(1 + head(0) % 10);
+  shape.components = static_cast<std::uint8_t>(1 + head(1) % (head(1) < 128 ? 4 : 128));
+  encode_decode_compare(data, shape, static_cast<Codec>(head(2) % 4));
+  shape.count = head(3) * (head(3) % 2 == 0 ? 1 : 5);
   decode_hostile(data, shape);
-  return 0;
 }
+
+}  // namespace cairn::fuzz

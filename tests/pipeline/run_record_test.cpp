@@ -55,6 +55,19 @@ TEST(RunRecord, IsNeverNeeded) {
   }
 }
 
+TEST(RunRecord, NumbersOutOfRangeAreNone) {
+  const test::TemporaryFolder folder;
+  write_run_record(folder.path(), sample());
+  const auto whole = nlohmann::json::parse(test::read_text(folder / "run.json"));
+  for (const char* key : {"threads", "scans", "peak_memory_bytes"})
+    for (const double number : {1e300, -1.0, 0.5}) {
+      auto changed = whole;
+      changed[key] = number;
+      test::write_text(folder / "run.json", changed.dump());
+      EXPECT_FALSE(read_run_record(folder.path())) << key << " " << number;
+    }
+}
+
 TEST(RunRecord, AFullDiskIsASystemError) {
   const test::TemporaryFolder folder;
   std::filesystem::create_symlink("/dev/full", folder / "run.json");

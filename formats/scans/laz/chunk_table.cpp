@@ -188,6 +188,7 @@ LazChunks walk_chunks(const FileAndHeader& laz) {
     found.points += chunk->points;
     found.end += chunk->size_bytes;
   }
+  found.end = std::min(found.end, laz.file.size_bytes());  // which may end before the first
   return found;
 }
 
