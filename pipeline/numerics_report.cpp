@@ -36,8 +36,9 @@ Json scans_json(const Json& sources) {
 Json levels_json(const Json& told) {
   Json levels = Json::array();
   for (std::size_t i = 0; i < told.size(); ++i) {
-    Json level{{"level", told.at(i).at("level")},
-               {"mergings", i + 1 < told.size() ? told.at(i + 1).at("nodes") : Json(0)}};
+    Json level{
+        {"level", told.at(i).at("level")},
+        {"mergings", i + 1 < told.size() ? told.at(i + 1).at("nodes") : Json(std::uint64_t{0})}};
     level.update(told.at(i).at("numerics"));
     levels.push_back(std::move(level));
   }
