@@ -163,6 +163,7 @@ formats::SourceSummary summary_of(const formats::ScanInfo& info, const stages::S
                                  .non_finite = ledger.non_finite(),
                                  .no_return = ledger.no_return,
                                  .missing = ledger.missing(),
+                                 .uncounted_records = info.uncounted_records,
                                  .box = ledger.box,
                                  .precision = ledger.precision,
                                  .crs = {},
@@ -278,6 +279,17 @@ void tell_lost_detail(const stages::Scans& scans, const stages::ImportedPoints& 
   }
 }
 
+/// What a file holds beyond what its header counts is not read, but not passed over in silence.
+void tell_uncounted_records(const stages::Scans& scans) {
+  for (const auto& scan : scans)
+    if (scan->info().uncounted_records > 0)
+      tell_note(fmt::format(
+          "{} has room for {} behind the {} that its header counts; they are not "
+          "read",
+          printable(scan->info().name()), count_of(scan->info().uncounted_records, "more record"),
+          with_commas(scan->info().claimed_points)));
+}
+
 class Build {
  public:
   Build(const BuildOptions& options, stages::ProgressSink& progress, std::stop_token stop)
@@ -362,6 +374,7 @@ class Build {
 
   void run_stages() {
     stages::Scans scans = open();
+    tell_uncounted_records(scans);
     const stages::ImportOptions import = import_options(options_, scans);
     const stages::CampaignSize size = stages::campaign_size(scans, import);
     require_room_for_estimates(options_, size.schema);

@@ -169,6 +169,13 @@ std::string source_crs_text(const Json& source, const std::string& crs) {
   return source.at("crs").empty() ? "no coordinate system" : "with a coordinate system";
 }
 
+std::string uncounted_text(const Json& source) {
+  if (!source.contains("uncounted_records")) return "";
+  const std::uint64_t records = whole_number(source.at("uncounted_records"));
+  return fmt::format("; room for {} that its header does not count",
+                     count_of(records, "more record"));
+}
+
 std::string ledger_table(const Json& report, const std::string& crs) {
   std::string text = fmt::format(
       "\nLedger: what became of the scans' records\n"
@@ -186,8 +193,8 @@ std::string ledger_table(const Json& report, const std::string& crs) {
                     with_commas(dropped("non_finite")), with_commas(dropped("no_return")),
                     with_commas(number("missing")), printable(source.at("name").get<std::string>()),
                     printable(source.at("format").get<std::string>()));
-    text +=
-        fmt::format("      {}; {}\n", box_text(source.at("bounds")), source_crs_text(source, crs));
+    text += fmt::format("      {}; {}{}\n", box_text(source.at("bounds")),
+                        source_crs_text(source, crs), uncounted_text(source));
   }
   return text;
 }

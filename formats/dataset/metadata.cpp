@@ -179,6 +179,7 @@ Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
          {"precision", source.precision},
          {"rounding", {{"largest", source.largest_rounding}, {"rms", source.rms_rounding}}},
          {"crs", source.crs}});
+    if (source.uncounted_records > 0) list.back()["uncounted_records"] = source.uncounted_records;
     if (!source.replaced_crs.empty()) list.back()["replaced_crs"] = source.replaced_crs;
   }
   return list;

@@ -26,7 +26,8 @@ struct SourceSummary {
   std::uint64_t non_finite = 0;  ///< dropped: a coordinate is no finite number
   std::uint64_t no_return = 0;   ///< dropped: a record without a point
   std::uint64_t missing = 0;
-  GridBox box;  ///< tight box of the kept points; empty if there are none
+  std::uint64_t uncounted_records = 0;  ///< ScanInfo::uncounted_records
+  GridBox box;                          ///< tight box of the kept points; empty if there are none
   double precision =
       0;  ///< world units between neighbouring positions that the scan's numbers can tell
   double largest_rounding =

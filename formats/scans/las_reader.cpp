@@ -60,13 +60,15 @@ LasLayout describe_las(const RandomAccessFile& file, const LasHeader& header,
 LasReader::LasReader(const std::filesystem::path& path, const ScanOptions& options)
     : file_(path), header_(read_las_header(file_)) {
   CAIRN_CHECK(!header_.compressed);
-  info_.present_points = present_points(options);
+  const std::uint64_t room = room_for_points(options);
+  info_.present_points = std::min(header_.point_count, room);
+  info_.uncounted_records = room - info_.present_points;
   const std::uint64_t points_end =
       header_.point_data_offset + info_.present_points * header_.record_length_bytes;
   layout_ = describe_las(file_, header_, points_end, options.allow_truncated, info_);
 }
 
-std::uint64_t LasReader::present_points(const ScanOptions& options) const {
+std::uint64_t LasReader::room_for_points(const ScanOptions& options) const {
   const PointsEnd end = points_end_of(header_, file_.size_bytes());
   const std::uint64_t room = (end.offset - header_.point_data_offset) / header_.record_length_bytes;
   if (header_.point_count > room && !options.allow_truncated)
@@ -76,7 +78,7 @@ std::uint64_t LasReader::present_points(const ScanOptions& options) const {
                  .found = fmt::format("room for {} points", room),
                  .expected = fmt::format("{} points of {} bytes", header_.point_count,
                                          header_.record_length_bytes)});
-  return std::min(header_.point_count, room);
+  return room;
 }
 
 std::size_t LasReader::stretch_count() const {

@@ -30,7 +30,8 @@ class LasReader : public ScanReader {
   void read(std::size_t stretch, const BlockSink& sink) const override;
 
  private:
-  std::uint64_t present_points(const ScanOptions& options) const;
+  /// Records between the header and what follows them. Throws kInput for fewer than are counted, unless that is allowed.
+  std::uint64_t room_for_points(const ScanOptions& options) const;
 
   RandomAccessFile file_;
   LasHeader header_;

@@ -38,6 +38,9 @@ struct ScanInfo {
   bool guesses_color_width = false;
   std::uint64_t claimed_points = 0;  ///< what the header says
   std::uint64_t present_points = 0;  ///< records that the file has room for, at most claimed_points
+  /// Records that a LAS file has room for behind those that its header counts, as a scanner leaves it that fails before it
+  /// has counted. They are not read.
+  std::uint64_t uncounted_records = 0;
   std::vector<VariableLengthRecord> crs;
   std::optional<Pose> pose;  ///< of the scan's frame in the world, as the file tells it
   /// Where the sensor stood, in the frame of the points that are handed out.

@@ -3,6 +3,7 @@
 
 #include "formats/checksum.h"
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/las_bytes.h"
 #include "tests/support/tiny_dataset.h"
 #include "tests/support/tiny_scans.h"
 
@@ -76,6 +77,21 @@ TEST_F(Report, TheLedgerAddsUpForEveryScan) {
   EXPECT_EQ(sources[1]["dropped"]["non_finite"], 1);
   const std::string text = cairn({"report", output()}).out;
   EXPECT_THAT(text, HasSubstr("nan.ply (PLY ascii)"));
+}
+
+TEST_F(Report, TellsRecordsThatAHeaderDoesNotCount) {
+  const std::string scan = write_wavy_las(folder_ / "a.las", 1000);
+  std::string bytes = read_text(scan);
+  constexpr std::size_t kPointCount = 107;
+  put_at(bytes, kPointCount, std::uint32_t{600});
+  write_text(scan, bytes);
+  const Outcome built = build({scan});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_THAT(built.err, HasSubstr("a.las has room for 400 more records behind the 600"));
+  EXPECT_EQ(report()["sources"][0]["kept"], 600);
+  EXPECT_EQ(report()["sources"][0]["uncounted_records"], 400);
+  EXPECT_THAT(cairn({"report", output()}).out,
+              HasSubstr("room for 400 more records that its header does not count"));
 }
 
 TEST_F(Report, TellsWhatArithmeticDidToThePoints) {

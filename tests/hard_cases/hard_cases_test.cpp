@@ -10,6 +10,7 @@
 #include "formats/wide_int.h"
 #include "tests/end_to_end/program_test.h"
 #include "tests/hard_cases/clouds.h"
+#include "tests/hard_cases/test_name.h"
 #include "tests/support/scan_points.h"
 
 namespace cairn::test {
@@ -328,12 +329,6 @@ std::vector<HardCase> hard_cases() {
   return cases;
 }
 
-std::string identifier(const std::string& name) {
-  std::string id;
-  for (const char c : name) id += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-  return id;
-}
-
 class HardCaseTest : public ProgramTest, public ::testing::WithParamInterface<HardCase> {
  protected:
   Outcome build_as(const std::string& name, const std::vector<std::string>& scans,
@@ -385,7 +380,7 @@ TEST_P(HardCaseTest, IsBuiltTheSameOnAnyMachineAndKeepsAllPromises) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, HardCaseTest, ::testing::ValuesIn(hard_cases()),
-                         [](const auto& hard) { return identifier(hard.param.name); });
+                         [](const auto& hard) { return test_name(hard.param.name); });
 
 class Invariance : public ProgramTest {
  protected:

@@ -1,12 +1,12 @@
 // Files that made other converters lose points without a word, crash or hang. Cairn either refuses one, with a line that
 // tells what it found and what it expected, and leaves everything as it was; or it builds from it and counts every point.
-#include <cctype>
 #include <functional>
 #include <limits>
 #include <ostream>
 #include <variant>
 
 #include "tests/hard_cases/clouds.h"
+#include "tests/hard_cases/test_name.h"
 #include "tests/hard_cases/trouble.h"
 #include "tests/support/las_bytes.h"
 #include "tests/support/sanitizers.h"
@@ -246,14 +246,8 @@ TEST_P(TroubleFile, IsRefusedInALineOrCountedInFull) {
   tell(GetParam().name, GetParam().others, told);
 }
 
-std::string identifier(const std::string& name) {
-  std::string id;
-  for (const char c : name) id += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-  return id;
-}
-
 INSTANTIATE_TEST_SUITE_P(All, TroubleFile, ::testing::ValuesIn(troubles()),
-                         [](const auto& trouble) { return identifier(trouble.param.name); });
+                         [](const auto& trouble) { return test_name(trouble.param.name); });
 
 }  // namespace
 }  // namespace cairn::test
