@@ -275,7 +275,7 @@ void tell_lost_detail(const stages::Scans& scans, const stages::ImportedPoints& 
         "from end to end: finer detail was lost before",
         printable(scans[s]->info().name()),
         scans[s]->info().encoding == formats::PositionEncoding::kFloat32 ? "float32" : "float64",
-        significant(ledger.precision, 3), significant(longest, 3)));
+        significant(ledger.precision, 6), significant(longest, 6)));
   }
 }
 
@@ -284,8 +284,7 @@ void tell_uncounted_records(const stages::Scans& scans) {
   for (const auto& scan : scans)
     if (scan->info().uncounted_records > 0)
       tell_note(fmt::format(
-          "{} has room for {} behind the {} that its header counts; they are not "
-          "read",
+          "{} has room for {} behind the {} that its header counts; they are not read",
           printable(scan->info().name()), count_of(scan->info().uncounted_records, "more record"),
           with_commas(scan->info().claimed_points)));
 }

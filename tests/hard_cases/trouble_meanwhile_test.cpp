@@ -1,7 +1,5 @@
 // What goes wrong while a dataset is built, and clouds whose shape made others slow or large: a full disk, a kill over an
 // earlier result, a stray point far away, points that fill a volume.
-#include <sys/mount.h>
-
 #include <cmath>
 #include <csignal>
 #include <fstream>
@@ -11,6 +9,7 @@
 #include "tests/hard_cases/clouds.h"
 #include "tests/hard_cases/trouble.h"
 #include "tests/support/sanitizers.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/tiny_scans.h"
 
 namespace cairn::test {
@@ -87,38 +86,25 @@ TEST_F(TroubleMeanwhile, AKillOverAnEarlierResultLeavesItWhole) {
        "random moments). The same command then ends with the bytes of an undisturbed build");
 }
 
-/// A file system of its own, in memory; only root may have one.
-class SmallDisk {
+/// A disk that others use, too.
+class SharedDisk : public SmallDisk {
  public:
-  SmallDisk(fs::path at, const std::string& size) : at_(std::move(at)) {
-    fs::create_directories(at_);
-    mounted_ = ::mount("tmpfs", at_.c_str(), "tmpfs", 0, ("size=" + size).c_str()) == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount2(at_.c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-
-  bool mounted() const { return mounted_; }
+  using SmallDisk::SmallDisk;
 
   /// Takes all space but this, as far as it gets it: a program that is being stopped may still take some.
   void leave(std::uint64_t free_bytes) const {
-    const std::uint64_t available = fs::space(at_).available;
+    const std::uint64_t available = fs::space(path()).available;
     if (available <= free_bytes) return;
     std::ofstream(ballast()) << std::string(available - free_bytes, 'x');
   }
   void make_room() const { fs::remove(ballast()); }
 
  private:
-  fs::path ballast() const { return at_ / "ballast"; }
-
-  fs::path at_;
-  bool mounted_ = false;
+  fs::path ballast() const { return path() / "ballast"; }
 };
 
 TEST_F(TroubleMeanwhile, ADiskWithoutRoomIsToldBeforeAnythingIsDone) {
-  const SmallDisk disk(folder_ / "disk", "128m");
+  const SharedDisk disk(folder_ / "disk", "128m");
   if (!disk.mounted()) GTEST_SKIP() << "only root may mount a file system";
   const fs::path dataset = folder_ / "disk/site.cairn", work = dataset.string() + ".work";
   new_command_.emplace_back("--force");
@@ -143,7 +129,7 @@ TEST_F(TroubleMeanwhile, ADiskWithoutRoomIsToldBeforeAnythingIsDone) {
 }
 
 TEST_F(TroubleMeanwhile, ADiskThatOthersFillLeavesTheEarlierResult) {
-  const SmallDisk disk(folder_ / "disk", "128m");
+  const SharedDisk disk(folder_ / "disk", "128m");
   if (!disk.mounted()) GTEST_SKIP() << "only root may mount a file system";
   const fs::path dataset = folder_ / "disk/site.cairn";
   std::vector<std::string> arguments{"build", "--progress", "json", "-o", dataset, "--force"};

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/inotify.h>
-#include <sys/mount.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 
 #include "formats/error.h"
 #include "pipeline/publish.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace cairn::pipeline {
@@ -33,23 +33,6 @@ std::string failure(Call call) {
   }
   return "";
 }
-
-/// A disk of one megabyte.
-class SmallDisk {
- public:
-  explicit SmallDisk(fs::path at) : at_(std::move(at)) {
-    fs::create_directory(at_);
-    mounted_ = ::mount("cairn-test", at_.c_str(), "tmpfs", 0, "size=1m") == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount(at_.c_str());
-  }
-  bool mounted() const { return mounted_; }
-
- private:
-  fs::path at_;
-  bool mounted_ = false;
-};
 
 class WorkspaceTest : public ::testing::Test {
  protected:
@@ -182,7 +165,7 @@ TEST_F(WorkspaceTest, KeepsItsWorkWhenAskedTo) {
 
 TEST_F(WorkspaceTest, DiskThatArraysTakeAlreadyIsCountedIn) {
   const fs::path disk_folder = folder_ / "small";
-  const SmallDisk disk(disk_folder);
+  const test::SmallDisk disk(disk_folder, "1m");
   if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not allowed here";
   Workspace workspace(output(), disk_folder, false);
   test::write_text(workspace.arrays_folder() / "points", std::string(700'000, 'x'));
@@ -421,7 +404,7 @@ TEST_F(WorkspaceTest, AsksForDiskSpaceNamingNeededAndFree) {
 
 TEST_F(WorkspaceTest, ScratchAndOutputAreMeasuredOnTheirOwnDisks) {
   const fs::path scratch = folder_ / "small";
-  const SmallDisk disk(scratch);
+  const test::SmallDisk disk(scratch, "1m");
   if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not allowed here";
   Workspace workspace(output(), scratch, false);
   EXPECT_EQ(failure([&] { workspace.require_free(100000, 4 << 20); }), "");
