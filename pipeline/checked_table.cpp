@@ -35,7 +35,7 @@ void CheckedTable::finish() const {
 void CheckedTable::refuse(const toml::node& node, std::string_view key,
                           std::string_view allowed) const {
   throw Error(ErrorKind::kUsage, {.what = fmt::format("{}: {}", place(node), key),
-                                  .found = described(node),
+                                  .found = formats::described(node),
                                   .expected = std::string(allowed)});
 }
 

@@ -12,7 +12,7 @@
 
 #include "formats/error.h"
 #include "formats/scans/pose.h"
-#include "pipeline/toml_text.h"
+#include "formats/toml_text.h"
 
 namespace cairn::pipeline {
 

@@ -4,7 +4,7 @@
 #include <toml++/toml.h>
 
 #include "formats/error.h"
-#include "pipeline/toml_text.h"
+#include "formats/toml_text.h"
 #include "pipeline/words.h"
 
 namespace cairn::pipeline {
@@ -71,10 +71,10 @@ std::vector<std::string> values_of(const toml::node& node, const Setting& settin
   std::vector<std::string> values;
   for (const toml::node* item : items) {
     if (!has_type(*item, setting.kind))
-      throw Error(
-          ErrorKind::kUsage,
-          {.what = origin, .found = described(*item), .expected = allowed_in_file(setting)});
-    values.push_back(*scalar_text(*item));
+      throw Error(ErrorKind::kUsage, {.what = origin,
+                                      .found = formats::described(*item),
+                                      .expected = allowed_in_file(setting)});
+    values.push_back(*formats::scalar_text(*item));
   }
   return values;
 }
@@ -83,7 +83,7 @@ std::vector<std::string> values_of(const toml::node& node, const Setting& settin
 
 SettingLayer parse_config(std::string_view text, const std::string& name,
                           const std::filesystem::path& folder) {
-  const toml::table table = parse_toml(text, name);
+  const toml::table table = formats::parse_toml(text, name);
   SettingLayer layer;
   for (const auto& [key, node] : table) {
     const std::string where = fmt::format("{}, line {}", name, key.source().begin.line);
@@ -96,7 +96,7 @@ SettingLayer parse_config(std::string_view text, const std::string& name,
 }
 
 SettingLayer read_config(const std::filesystem::path& file) {
-  return parse_config(read_toml_text(file), file.string(), file.parent_path());
+  return parse_config(formats::read_toml_text(file), file.string(), file.parent_path());
 }
 
 }  // namespace cairn::pipeline

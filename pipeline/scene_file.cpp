@@ -8,9 +8,9 @@
 #include <set>
 
 #include "formats/meshes/mesh.h"
+#include "formats/toml_text.h"
 #include "pipeline/checked_table.h"
 #include "pipeline/scene_shapes.h"
-#include "pipeline/toml_text.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -200,7 +200,7 @@ std::string name_from(const std::filesystem::path& file) {
 }  // namespace
 
 SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) {
-  const toml::table root = parse_toml(text, file.string());
+  const toml::table root = formats::parse_toml(text, file.string());
   CheckedTable table(root, file, "");
   SceneFile scene;
   scene.name = table.find("name", kNames, plain_name).value_or(name_from(file));
@@ -221,7 +221,7 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) 
 }
 
 SceneFile read_scene(const std::filesystem::path& file) {
-  return parse_scene(read_toml_text(file), file);
+  return parse_scene(formats::read_toml_text(file), file);
 }
 
 }  // namespace cairn::pipeline

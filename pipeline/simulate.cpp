@@ -15,11 +15,11 @@
 #include "formats/file_names.h"
 #include "formats/output_file.h"
 #include "formats/scans/scan_writer.h"
+#include "formats/toml_text.h"
 #include "pipeline/config.h"
 #include "pipeline/locked_folder.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/publish.h"
-#include "pipeline/toml_text.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -33,7 +33,7 @@ constexpr std::string_view kMadeBy = "# Made by cairn simulate from the scene ";
 
 /// The files that a campaign of simulate consists of, by its campaign.toml; none if that is not simulate's.
 std::set<std::string> files_of_campaign(const fs::path& folder) {
-  const std::string text = read_toml_text(folder / kCampaign);
+  const std::string text = formats::read_toml_text(folder / kCampaign);
   if (!text.starts_with(kMadeBy)) return {};
   std::set<std::string> files{kPoses, kCampaign};
   const SettingLayer told = parse_config(text, (folder / kCampaign).string(), {});

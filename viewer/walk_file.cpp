@@ -14,12 +14,11 @@
 
 #include "formats/error.h"
 #include "formats/part_file.h"
-#include "formats/random_access_file.h"
+#include "formats/toml_text.h"
 
 namespace cairn::viewer {
 namespace {
 
-constexpr std::uint64_t kMostBytes = 64 << 20;
 constexpr std::string_view kNumber = "a finite number";
 constexpr std::string_view kTriple = "three finite numbers: [x, y, z]";
 
@@ -27,21 +26,6 @@ std::string number_text(double number) {
   std::string text = fmt::format("{}", number);
   if (text.find_first_of(".en") == std::string::npos) text += ".0";
   return text;
-}
-
-/// A value in words.
-std::string described(const toml::node& node) {
-  if (const auto* text = node.as_string()) return "the string \"" + text->get() + "\"";
-  if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
-  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
-  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
-  const toml::array* items = node.as_array();
-  if (items == nullptr) return node.is_table() ? "a table" : "a date or time";
-  if (items->size() > 4) return fmt::format("an array of {}", items->size());
-  std::string text;
-  for (const toml::node& item : *items)
-    text += (text.empty() ? "" : ", ") + (item.is_array() ? "an array" : described(item));
-  return "[" + text + "]";
 }
 
 std::optional<double> number(const toml::node& node) {
@@ -104,7 +88,7 @@ class WalkTable {
                            std::string_view expected) const {
     throw formats::Error(formats::ErrorKind::kUsage,
                          {.what = fmt::format("{}: {}", place(node), key),
-                          .found = described(node),
+                          .found = formats::described(node),
                           .expected = std::string(expected)});
   }
   /// Says what is wrong with the table as a whole.
@@ -176,19 +160,10 @@ Walk read_orbit(const toml::table& table, const std::filesystem::path& file,
   }
 }
 
-toml::table parse(std::string_view text, const std::filesystem::path& file) {
-  try {
-    return toml::parse(text, file.string());
-  } catch (const toml::parse_error& error) {
-    formats::throw_usage(fmt::format("{}, line {}: {}", file.string(), error.source().begin.line,
-                                     error.description()));
-  }
-}
-
 }  // namespace
 
 Walk parse_walk(std::string_view text, const std::filesystem::path& file) {
-  const toml::table table = parse(text, file);
+  const toml::table table = formats::parse_toml(text, file.string());
   const WalkTable root(table, file, "", {"frames_per_second", "camera", "orbit"});
   double frames_per_second = 30;
   const auto rate = [](const toml::node& node) {
@@ -213,15 +188,7 @@ Walk parse_walk(std::string_view text, const std::filesystem::path& file) {
 }
 
 Walk read_walk(const std::filesystem::path& file) {
-  const formats::RandomAccessFile in(file);
-  if (in.size_bytes() > kMostBytes)
-    formats::throw_input({.what = "a walk",
-                          .path = file,
-                          .found = fmt::format("{} bytes", in.size_bytes()),
-                          .expected = fmt::format("at most {}", kMostBytes)});
-  std::string text(in.size_bytes(), '\0');
-  in.read_exactly(0, std::as_writable_bytes(std::span(text)));
-  return parse_walk(text, file);
+  return parse_walk(formats::read_toml_text(file), file);
 }
 
 std::string walk_text(const Walk& walk) {

@@ -33,7 +33,7 @@ namespace cairn::viewer {
 /// one that is impossible.
 Walk parse_walk(std::string_view text, const std::filesystem::path& file);
 
-/// The same of a file of at most 64 MiB. Throws kSystem if it cannot be read, kInput if it is no regular file or larger.
+/// The same of a file. Throws as formats::read_toml_text, too.
 Walk read_walk(const std::filesystem::path& file);
 
 /// The text that parse_walk reads to an equal walk, keyframe by keyframe and bit by bit.

@@ -152,7 +152,7 @@ TEST_F(Usage, AnEmptyConfigurationSaysNothing) {
   EXPECT_EQ(build({scan, "--config", folder_ / "site.toml"}).exit_code, 0);
   const Outcome outcome = cairn({"build", "--config", folder_.path()});
   EXPECT_EQ(outcome.exit_code, 4);
-  EXPECT_THAT(outcome.err, HasSubstr("cannot read the configuration"));
+  EXPECT_THAT(outcome.err, HasSubstr("cannot read the TOML file"));
 }
 
 TEST_F(Usage, TheSuffixOfAnExportMayBeInAnyCase) {

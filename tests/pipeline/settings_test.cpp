@@ -220,7 +220,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadValue{"drop = 3", "drop", "3", "an array of strings"},
         BadValue{"drop = [\"color\", 3]", "drop", "3", "an array of strings"},
         BadValue{"memory = 1.5", "memory", "1.5", "a size of at least 64MiB"},
-        BadValue{"memory = []", "memory", "an array", "a size of at least 64MiB"},
+        BadValue{"memory = []", "memory", "[]", "a size of at least 64MiB"},
         BadValue{"scratch = 1979-05-27", "scratch", "a date or time", "a path of a folder"},
         BadValue{"threads = {}", "threads", "a table", "an integer from 1 to 1024"}));
 
@@ -279,6 +279,17 @@ TEST_F(Settings, NamesTheLineOfBrokenToml) {
   EXPECT_THAT(refusal(std::string(kMinimum) + "fanout = = 4"), HasSubstr("site.toml, line 3: "));
   EXPECT_THAT(refusal(std::string(kMinimum) + "fanout = 4\nfanout = 5"),
               HasSubstr("site.toml, line 4: "));
+}
+
+TEST_F(Settings, RefusesKeysThatNestSoDeepThatTheParserWouldOverflow) {
+  std::string deep = "a";
+  for (int i = 0; i < 1000; ++i) deep += ".a";
+  EXPECT_THAT(refusal(deep + " = 1"), HasSubstr("unknown key 'a'"));
+  for (int i = 0; i < 99'000; ++i) deep += ".a";
+  const auto too_deep = AllOf(HasSubstr("line 2 has too many dots"), HasSubstr("found 100000"),
+                              HasSubstr("at most 1000"));
+  EXPECT_THAT(refusal("\n" + deep + " = 1"), too_deep);
+  EXPECT_THAT(refusal("\n[" + deep + "]\n"), too_deep);
 }
 
 TEST_F(Settings, NeedsScansAndAnOutput) {

@@ -220,7 +220,7 @@ TEST(WalkFile, AFileThatCannotBeReadIsASystemError) {
     return formats::ErrorKind::kInvariant;
   };
   EXPECT_EQ(kind_of(folder / "absent.toml"), formats::ErrorKind::kSystem);
-  EXPECT_EQ(kind_of(folder.path()), formats::ErrorKind::kInput);
+  EXPECT_EQ(kind_of(folder.path()), formats::ErrorKind::kSystem);
   const auto large = folder.write("large.toml", std::string_view("# no walk\n"));
   std::filesystem::resize_file(large, (64 << 20) + 1);
   EXPECT_EQ(kind_of(large), formats::ErrorKind::kInput);
