@@ -36,6 +36,7 @@ constexpr const char* kFooter =
     "  cairn info site.cairn\n"
     "  cairn verify site.cairn --against scan1.las scan2.ply\n"
     "  cairn report site.cairn\n"
+    "  cairn measure site.cairn\n"
     "  cairn export site.cairn -o site.ply\n"
     "  cairn render site.cairn -o site.png\n"
     "  cairn view site.cairn\n"
@@ -98,10 +99,10 @@ int parse_and_run(int argc, char** argv) {
   program.set_help_flag("-h,--help", "print this help and leave");
   program.get_formatter()->column_width(30);
   program.require_subcommand(1);
-  const std::array<std::unique_ptr<Command>, 8> commands{
+  const std::array<std::unique_ptr<Command>, 9> commands{
       make_build_command(program),  make_info_command(program),    make_verify_command(program),
-      make_report_command(program), make_export_command(program),  make_render_command(program),
-      make_view_command(program),   make_simulate_command(program)};
+      make_report_command(program), make_measure_command(program), make_export_command(program),
+      make_render_command(program), make_view_command(program),    make_simulate_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

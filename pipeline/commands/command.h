@@ -25,6 +25,7 @@ std::unique_ptr<Command> make_build_command(CLI::App& program);
 std::unique_ptr<Command> make_info_command(CLI::App& program);
 std::unique_ptr<Command> make_report_command(CLI::App& program);
 std::unique_ptr<Command> make_verify_command(CLI::App& program);
+std::unique_ptr<Command> make_measure_command(CLI::App& program);
 std::unique_ptr<Command> make_export_command(CLI::App& program);
 std::unique_ptr<Command> make_render_command(CLI::App& program);
 std::unique_ptr<Command> make_view_command(CLI::App& program);

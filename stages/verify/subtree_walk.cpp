@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/dataset/node_frame.h"
+#include "stages/node_path.h"
 #include "stages/parallel.h"
 #include "stages/verify/node_checks.h"
 
@@ -31,13 +32,12 @@ class Walk {
       : context_(context),
         dataset_(dataset),
         top_level_(top_level),
-        path_(dataset.tree().leaf_level() + 1) {}
+        path_(dataset, formats::all_sections()),
+        sums_(dataset.tree().leaf_level() + 1) {}
 
   /// Goes down from the root to `top`, then through all below it.
   SubtreeResult run(NodeId top) {
-    std::vector<NodeId> down{top};
-    while (formats::value_of(down.back()) != 0) down.push_back(dataset_.tree().parent(down.back()));
-    std::ranges::reverse(down);
+    const std::vector<NodeId> down = nodes_down_to(dataset_.tree(), top);
     const std::uint64_t index = dataset_.tree().index_on_level(top);
     for (Level level = 0; level < top_level_; ++level) {
       // The subtree with the first leaves of a common ancestor checks the ancestor too.
@@ -45,37 +45,22 @@ class Walk {
       enter(level, down[level], first);
     }
     visit(top_level_, top);
-    for (Level level = 0; level < top_level_; ++level) result_.above.push_back(path_[level].sum);
+    for (Level level = 0; level < top_level_; ++level) result_.above.push_back(sums_[level]);
     return std::move(result_);
   }
 
  private:
-  /// A decoded node of the path.
-  struct Step {
-    NodeId id{};
-    NodeData points;
-    /// stands_for[k][i]: the point of the path's node on level k that stands for point i of this node.
-    std::vector<std::vector<std::uint32_t>> stands_for;
-    ErrorSum sum;
-  };
-
   void enter(Level level, NodeId id, bool check) {
     throw_if_stopped(context_);
-    Step& step = path_[level];
-    step.id = id;
-    step.sum = {};
-    step.points = dataset_.read_node(id, formats::all_sections());
-    step.stands_for.assign(level, {});
-    if (level > 0) step.stands_for[level - 1] = step.points.representative;
-    for (Level k = 0; k + 1 < level; ++k)
-      for (const std::uint32_t r : step.points.representative)
-        step.stands_for[k].push_back(path_[level - 1].stands_for[k][r]);
+    path_.enter(level, id);
+    sums_[level] = {};
     if (!check) return;
-    result_.digested_leaves += check_node(dataset_, id, step.points, result_.findings);
+    const NodeData& points = path_.points(level);
+    result_.digested_leaves += check_node(dataset_, id, points, result_.findings);
     if (level > 0)
-      check_against_parent(dataset_, id, step.points, path_[level - 1].points, result_.findings);
-    result_.points += step.points.count();
-    if (context_.progress != nullptr) context_.progress->advance(step.points.count());
+      check_against_parent(dataset_, id, points, path_.points(level - 1), result_.findings);
+    result_.points += points.count();
+    if (context_.progress != nullptr) context_.progress->advance(points.count());
   }
 
   void visit(Level level, NodeId id) {
@@ -89,33 +74,35 @@ class Walk {
     const std::uint64_t first = formats::value_of(dataset_.tree().first_child(id));
     for (std::uint64_t i = 0; i < dataset_.tree().fanout(); ++i)
       visit(level + 1, NodeId{first + i});
-    check_rms(dataset_, id, path_[level].sum, result_.findings);
+    check_rms(dataset_, id, sums_[level], result_.findings);
   }
 
   /// Compares the points of the leaf at the end of the path with those that stand for them on level k.
   void measure(Level leaf_level, Level k, double moved) {
-    const Step& leaf = path_[leaf_level];
-    Step& above = path_[k];
+    const std::vector<formats::GridPoint>& leaf = path_.points(leaf_level).position;
+    const std::vector<formats::GridPoint>& above = path_.points(k).position;
+    const std::vector<std::uint32_t>& stands_for = path_.stands_for(leaf_level, k);
     double largest = 0;
     ErrorSum sum{.largest_leaf_moved = moved};
-    for (std::size_t i = 0; i < leaf.points.count(); ++i) {
-      const formats::GridPoint& representative = above.points.position[leaf.stands_for[k][i]];
-      const double d2 = formats::squared_distance(dataset_.header().grid, leaf.points.position[i],
-                                                  representative);
+    for (std::size_t i = 0; i < leaf.size(); ++i) {
+      const double d2 =
+          formats::squared_distance(dataset_.header().grid, leaf[i], above[stands_for[i]]);
       largest = std::max(largest, d2);
       sum.squares += d2;
     }
-    above.sum.add(sum);
-    const double found = std::sqrt(largest), expected = dataset_.record(above.id).bound + moved;
-    result_.findings.check(Invariant::kError, found <= expected * (1 + kSlack), above.id,
+    sums_[k].add(sum);
+    const double found = std::sqrt(largest);
+    const double expected = dataset_.record(path_.id(k)).bound + moved;
+    result_.findings.check(Invariant::kError, found <= expected * (1 + kSlack), path_.id(k),
                            "distance of a leaf point from its representative against the bound",
-                           found, expected, leaf.points.count());
+                           found, expected, leaf.size());
   }
 
   const Context& context_;
   const DatasetReader& dataset_;
   const Level top_level_;
-  std::vector<Step> path_;
+  NodePath path_;
+  std::vector<ErrorSum> sums_;  ///< of the path's nodes, by level
   SubtreeResult result_;
 };
 

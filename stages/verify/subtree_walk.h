@@ -1,6 +1,4 @@
-// The walk through the points of a subtree. It holds the decoded nodes of one path, from the root to
-// where it stands, and for every point of the node at the end which point of each node above stands for
-// it; so every leaf point can be compared with its representative on every level.
+// The walk through the points of a subtree, in which every leaf point is compared with its representative on every level.
 #pragma once
 
 #include <vector>

@@ -5,6 +5,7 @@
 
 #include "formats/dataset/digest.h"
 #include "formats/error.h"
+#include "stages/node_path.h"
 #include "stages/parallel.h"
 #include "stages/verify/record_checks.h"
 #include "stages/verify/subtree_walk.h"
@@ -16,15 +17,6 @@ using formats::DatasetReader;
 using formats::Level;
 using formats::NodeId;
 using formats::Tree;
-
-/// Subtrees that run side by side. A constant: what is found must not depend on the number of threads.
-constexpr std::uint64_t kSubtrees = 64;
-
-Level level_of_subtrees(const Tree& tree) {
-  Level level = 0;
-  while (level < tree.leaf_level() && tree.nodes_on(level) < kSubtrees) ++level;
-  return level;
-}
 
 /// Adds the sums of the subtrees up for every node above them, in the order of the subtrees.
 void check_top(const DatasetReader& dataset, Level top_level,

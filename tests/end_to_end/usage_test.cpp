@@ -72,7 +72,8 @@ TEST_F(Usage, AnUnknownCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_THAT(cairn({"bild"}).err, HasSubstr("unknown command 'bild'; did you mean 'build'?"));
   EXPECT_THAT(
       cairn({"transmogrify"}).err,
-      HasSubstr("commands are build, info, verify, report, export, render, view, simulate"));
+      HasSubstr(
+          "commands are build, info, verify, report, measure, export, render, view, simulate"));
 }
 
 TEST_F(Usage, HelpTellsWhatIsAllowed) {

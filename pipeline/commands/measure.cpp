@@ -1,0 +1,72 @@
+// `cairn measure`: what the coarse levels of a dataset cost in accuracy.
+#include "stages/measure/measure.h"
+
+#include <CLI/CLI.hpp>
+#include <thread>
+
+#include "formats/dataset/dataset_reader.h"
+#include "formats/error.h"
+#include "pipeline/commands/dataset_command.h"
+#include "pipeline/commands/results.h"
+#include "pipeline/commands/setting_flags.h"
+#include "pipeline/measure_report.h"
+#include "pipeline/memory_budget.h"
+#include "pipeline/progress.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr const char* kAbout = "Measure how far coarse levels are from the points of the leaves.";
+constexpr const char* kFooter =
+    "Every leaf point is compared, on each level, with the point that stands for it: distance, "
+    "and\n"
+    "deviation of the attributes that are averaged. 'bound / largest' tells how many times the "
+    "recorded\n"
+    "bound is what it has to be. Exit code 5 if a point is farther off than a bound allows.\n"
+    "\n"
+    "Examples:\n"
+    "  cairn measure site.cairn\n"
+    "  cairn measure site.cairn --json > site-error.json";
+
+class MeasureCommand : public DatasetCommand {
+ public:
+  explicit MeasureCommand(CLI::App& program) : DatasetCommand(program, "measure", kAbout, kFooter) {
+    parser_.add_flag("--json", json_, "as one JSON object");
+    parser_.add_option("--threads", threads_, "workers [one a processor]")
+        ->option_text("COUNT")
+        ->check(CLI::Range(1U, 1024U));
+    add_progress_flag(parser_, progress_);
+  }
+
+  int run(const std::stop_token& stop) override {
+    const auto dataset = formats::DatasetReader::open(dataset_);
+    const stages::ErrorReport report = [&] {
+      const auto progress = make_progress(*progress_mode_named(progress_));
+      const stages::Context context{.threads = threads_,
+                                    .memory_bytes = memory_budget(0, machine_memory_bytes()),
+                                    .make_array = {},
+                                    .progress = progress.get(),
+                                    .stop = stop};
+      return stages::measure_dataset(context, dataset);
+    }();
+    print_results(json_ ? measure_json(report) : measure_text(report, dataset_));
+    if (!report.held())
+      throw formats::Error(formats::ErrorKind::kInvariant,
+                           {.what = "points are farther from those that stand for them than the "
+                                    "dataset's bounds allow"});
+    return 0;
+  }
+
+ private:
+  bool json_ = false;
+  unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
+  std::string progress_ = "auto";
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_measure_command(CLI::App& program) {
+  return std::make_unique<MeasureCommand>(program);
+}
+
+}  // namespace cairn::pipeline

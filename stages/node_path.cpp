@@ -1,0 +1,43 @@
+#include "stages/node_path.h"
+
+#include <algorithm>
+
+namespace cairn::stages {
+
+using formats::Level;
+using formats::NodeId;
+
+Level level_of_subtrees(const formats::Tree& tree) {
+  constexpr std::uint64_t kSubtrees = 64;
+  Level level = 0;
+  while (level < tree.leaf_level() && tree.nodes_on(level) < kSubtrees) ++level;
+  return level;
+}
+
+std::vector<NodeId> nodes_down_to(const formats::Tree& tree, NodeId node) {
+  std::vector<NodeId> nodes{node};
+  while (formats::value_of(nodes.back()) != 0) nodes.push_back(tree.parent(nodes.back()));
+  std::ranges::reverse(nodes);
+  return nodes;
+}
+
+NodePath::NodePath(const formats::DatasetReader& dataset, const formats::SectionSet& wanted)
+    : dataset_(dataset), wanted_(wanted), steps_(dataset.tree().leaf_level() + 1) {
+  wanted_.set(formats::kRepresentativeSection);
+}
+
+void NodePath::enter(Level level, NodeId id) {
+  Step& step = steps_[level];
+  step.id = id;
+  step.points = dataset_.read_node(id, wanted_);
+  step.stands_for.assign(level, {});
+  if (level == 0) return;
+  step.stands_for[level - 1] = step.points.representative;
+  for (Level k = 0; k + 1 < level; ++k) {
+    step.stands_for[k].reserve(step.points.count());
+    for (const std::uint32_t r : step.points.representative)
+      step.stands_for[k].push_back(steps_[level - 1].stands_for[k][r]);
+  }
+}
+
+}  // namespace cairn::stages
