@@ -10,6 +10,7 @@
 #include "formats/meshes/mesh.h"
 #include "formats/toml_text.h"
 #include "pipeline/checked_table.h"
+#include "pipeline/scene_effects.h"
 #include "pipeline/scene_shapes.h"
 
 namespace cairn::pipeline {
@@ -204,13 +205,13 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) 
   CheckedTable table(root, file, "");
   SceneFile scene;
   scene.name = table.find("name", kNames, plain_name).value_or(name_from(file));
-  const auto output = table.find("output", "a table [output]", [](const toml::node& node) {
-    return node.is_table() ? std::optional(node.as_table()) : std::nullopt;
-  });
+  const auto output = table.find("output", "a table [output]", any_table);
+  const auto effects = table.find("effects", "a table [effects]", any_table);
   const auto objects = tables_of(table, "object");
   const auto stations = tables_of(table, "station");
   table.finish();
   if (output) read_output({**output, file, "output"}, scene);
+  if (effects) scene.effects = read_effects(**effects, file);
   for (std::size_t i = 0; i < objects.size(); ++i)
     read_object({*objects[i], file, fmt::format("object {}", i + 1)}, file.parent_path(),
                 scene.scene);

@@ -12,6 +12,7 @@ namespace cairn::pipeline {
 struct SceneFile {
   std::string name;  ///< of the campaign: letters, digits, '_', '-' and '.'
   stages::Scene scene;
+  stages::Effects effects;
   std::string format = "ply";  ///< ply or las
   stages::ScanFrame frame = stages::ScanFrame::kSensor;
 };

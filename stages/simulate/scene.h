@@ -57,6 +57,8 @@ using Quaternion = std::array<double, 4>;
 
 /// Turns by `roll` about x, then raises x towards z by `pitch`, then turns by `yaw` about z; degrees.
 Quaternion turned(double yaw, double pitch, double roll);
+/// The turn `second` after `first`.
+Quaternion product(const Quaternion& second, const Quaternion& first);
 /// A frame that is turned so and stands at `position`.
 formats::Pose pose_at(const Vector3& position, const Quaternion& turn);
 

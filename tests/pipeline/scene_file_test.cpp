@@ -122,6 +122,53 @@ TEST(SceneFile, RefusesImpossibleValues) {
       HasSubstr("two stations have the name station_02"));
 }
 
+TEST(SceneFile, NamesEffects) {
+  EXPECT_TRUE(parse_scene(kObject + kStation, "a.toml").effects.of_echoes.empty());
+  const SceneFile scene = parse_scene(R"(
+[effects]
+seed = 9
+range_noise = {base = 0.002, per_length = 1e-5}
+registration_error = {translation = 0.01, rotation = 0.02}
+[effects.dust]
+mean_free_path = 300
+color = [1, 2, 3]
+)" + kObject + kStation,
+                                      "a.toml");
+  EXPECT_EQ(scene.effects.seed, 9U);
+  ASSERT_TRUE(scene.effects.registration_error.has_value());
+  EXPECT_EQ(scene.effects.registration_error->translation, 0.01);
+  EXPECT_EQ(scene.effects.registration_error->rotation, 0.02);
+  ASSERT_EQ(scene.effects.of_echoes.size(), 2U);
+  EXPECT_EQ(scene.effects.of_echoes[0].kind, stages::EffectKind::kDust);
+  EXPECT_EQ(scene.effects.of_echoes[1].kind, stages::EffectKind::kRangeNoise);
+}
+
+TEST(SceneFile, RefusesUnknownEffectsKeysAndImpossibleValues) {
+  const auto effects = [](const std::string& lines) {
+    return refusal("[effects]\n" + lines + "\n" + kObject + kStation);
+  };
+  EXPECT_THAT(effects("range_nose = {base = 1}"),
+              HasSubstr("site.toml, line 2: effects: unknown key 'range_nose'; keys are seed, "));
+  EXPECT_THAT(effects("[effects.dust]\nmean_free_path = 1\ncolour = [1, 2, 3]"),
+              HasSubstr("site.toml, line 4: effects.dust: unknown key 'colour'; keys are "
+                        "mean_free_path, color"));
+  EXPECT_THAT(
+      effects("[effects.outliers]\nshare = 1.5"),
+      HasSubstr("line 3: effects.outliers: share: found 1.5, expected a number from 0 to 1"));
+  EXPECT_THAT(effects("dropouts = {photons = 1}"),
+              HasSubstr("line 2: effects.dropouts: no key 'reference_range'"));
+  EXPECT_THAT(effects("exposure = 1"), HasSubstr("expected a table [effects.exposure]"));
+  EXPECT_THAT(refusal("effects = 1\n" + kObject + kStation), HasSubstr("a table [effects]"));
+  for (const std::string lines :
+       {"seed = -1", "seed = 1.5", "range_noise = {base = -1}",
+        "range_noise = {base = 1, per_length = -1}", "dust = {mean_free_path = 0}",
+        "angular_jitter = {azimuth = 91, elevation = 0}",
+        "intensity_falloff = {reference_range = 0}",
+        "registration_error = {translation = nan, rotation = 0}",
+        "exposure = {exposure = 11, white_balance = 0}"})
+    EXPECT_THAT(effects(lines), HasSubstr("site.toml, line 2: effects")) << lines;
+}
+
 TEST(SceneFile, MeshesLieBesideTheSceneAndAreScaled) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "meshes/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

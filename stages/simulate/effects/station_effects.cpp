@@ -1,0 +1,43 @@
+#include "stages/simulate/effects/station_effects.h"
+
+#include <algorithm>
+
+namespace cairn::stages {
+
+StationEffects::StationEffects(const Effects& effects, std::size_t station)
+    : seed_(effects.seed),
+      station_(static_cast<std::uint32_t>(station)),
+      registration_error_(effects.registration_error) {
+  for (const ChosenEffect& chosen : effects.of_echoes)
+    of_echoes_.push_back({chosen.kind, chosen.make(draws(chosen.kind))});
+  std::sort(of_echoes_.begin(), of_echoes_.end(),
+            [](const Made& a, const Made& b) { return a.kind < b.kind; });
+}
+
+Draws StationEffects::draws(EffectKind kind) const {
+  return {seed_, station_, static_cast<std::uint32_t>(kind)};
+}
+
+Station StationEffects::recorded(const Station& station) const {
+  if (!registration_error_) return station;
+  return misplaced(station, *registration_error_, draws(EffectKind::kRegistrationError));
+}
+
+void StationEffects::apply(const Beam& beam, RayEchoes& echoes, EffectCalls& calls) const {
+  if (of_echoes_.empty()) return;
+  for (const Made& made : of_echoes_) {
+    made.effect->apply(beam, echoes);
+    ++calls[static_cast<std::size_t>(made.kind)];
+  }
+  // The range gate: what seems to lie outside is not told.
+  echoes.remove_if(
+      [&](const Echo& echo) { return !(echo.range > 0 && echo.range <= beam.max_range); });
+}
+
+EffectCalls StationEffects::calls_a_station() const {
+  EffectCalls calls{};
+  calls[static_cast<std::size_t>(EffectKind::kRegistrationError)] = registration_error_ ? 1 : 0;
+  return calls;
+}
+
+}  // namespace cairn::stages

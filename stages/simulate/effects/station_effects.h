@@ -1,0 +1,46 @@
+// The effects that a scene names, as they act at one of its stations.
+#pragma once
+
+#include <optional>
+
+#include "stages/simulate/effects/effect.h"
+#include "stages/simulate/effects/registration_error.h"
+
+namespace cairn::stages {
+
+/// What a scene names; nothing makes an ideal scanner.
+struct Effects {
+  std::uint64_t seed = 0;
+  std::optional<RegistrationError> registration_error;
+  std::vector<ChosenEffect> of_echoes;  ///< of different kinds, in any order
+};
+
+class StationEffects {
+ public:
+  StationEffects() = default;  ///< none
+  /// `station` is the station's number in the scene.
+  StationEffects(const Effects& effects, std::size_t station);
+
+  /// The station as the survey tells it. Rays are cast from the true one.
+  Station recorded(const Station& station) const;
+
+  /// Applies the effects of echoes to those of one beam, and counts. Any thread, each with its own `calls`.
+  void apply(const Beam& beam, RayEchoes& echoes, EffectCalls& calls) const;
+
+  /// How often what acts once a station was called.
+  EffectCalls calls_a_station() const;
+
+ private:
+  Draws draws(EffectKind kind) const;
+
+  struct Made {
+    EffectKind kind;
+    EchoEffectPtr effect;
+  };
+  std::uint64_t seed_ = 0;
+  std::uint32_t station_ = 0;
+  std::optional<RegistrationError> registration_error_;
+  std::vector<Made> of_echoes_;  ///< by kind
+};
+
+}  // namespace cairn::stages
