@@ -7,9 +7,11 @@
 
 #include "pipeline/scene_shapes.h"
 #include "stages/simulate/effects/angular_jitter.h"
+#include "stages/simulate/effects/beam_divergence.h"
 #include "stages/simulate/effects/dropouts.h"
 #include "stages/simulate/effects/dust.h"
 #include "stages/simulate/effects/exposure.h"
+#include "stages/simulate/effects/foliage.h"
 #include "stages/simulate/effects/intensity_falloff.h"
 #include "stages/simulate/effects/outliers.h"
 #include "stages/simulate/effects/range_noise.h"
@@ -34,6 +36,11 @@ double up_to(CheckedTable& table, std::string_view key, double most) {
   return table.need(key, fmt::format("a number from 0 to {}", most),
                     [=](const toml::node& node) { return number_within(node, 0, most); });
 }
+std::optional<std::uint64_t> whole(CheckedTable& table, std::string_view key, std::uint64_t least,
+                                   std::uint64_t most) {
+  return table.find(key, fmt::format("a whole number from {} to {}", least, most),
+                    [=](const toml::node& node) { return whole_number(node, least, most); });
+}
 /// One that may be left out, and is 0 then.
 double zero_or_more(CheckedTable& table, std::string_view key) {
   return table
@@ -47,6 +54,35 @@ double zero_or_more(CheckedTable& table, std::string_view key) {
 void read_registration_error(CheckedTable& table, Effects& effects) {
   effects.registration_error = {.translation = up_to(table, "translation", 1e6),
                                 .rotation = up_to(table, "rotation", 90)};
+}
+
+void read_moving_objects(CheckedTable& table, Effects& effects) {
+  effects.moving_objects = {.scan_time = positive(table, "scan_time")};
+}
+
+void read_foliage(CheckedTable& table, Effects& effects) {
+  stages::Foliage settings;
+  settings.returns =
+      static_cast<std::uint32_t>(whole(table, "returns", 1, 15).value_or(settings.returns));
+  settings.blocked = table
+                         .find("blocked", "a number above 0, at most 1",
+                               [](const toml::node& node) {
+                                 const auto share = positive_number(node);
+                                 return share && *share <= 1 ? share : std::nullopt;
+                               })
+                         .value_or(settings.blocked);
+  effects.of_echoes.push_back({EffectKind::kFoliage, [=](const Draws& draws) {
+                                 return stages::make_foliage(settings, draws);
+                               }});
+}
+
+void read_beam_divergence(CheckedTable& table, Effects& effects) {
+  stages::BeamDivergence settings{.divergence = up_to(table, "divergence", 10),
+                                  .resolution = positive(table, "resolution")};
+  settings.rays = static_cast<unsigned>(whole(table, "rays", 2, 1000).value_or(settings.rays));
+  effects.of_echoes.push_back({EffectKind::kBeamDivergence, [=](const Draws&) {
+                                 return stages::make_beam_divergence(settings);
+                               }});
 }
 
 void read_dust(CheckedTable& table, Effects& effects) {
@@ -106,6 +142,9 @@ void read_exposure(CheckedTable& table, Effects& effects) {
 using ReadEffect = void (*)(CheckedTable& table, Effects& effects);
 constexpr auto kReaders = std::to_array<std::pair<EffectKind, ReadEffect>>({
     {EffectKind::kRegistrationError, read_registration_error},
+    {EffectKind::kMovingObjects, read_moving_objects},
+    {EffectKind::kFoliage, read_foliage},
+    {EffectKind::kBeamDivergence, read_beam_divergence},
     {EffectKind::kDust, read_dust},
     {EffectKind::kDropouts, read_dropouts},
     {EffectKind::kOutliers, read_outliers},

@@ -67,10 +67,21 @@ stages::Quaternion read_turn(CheckedTable& table, std::string_view key) {
   return stages::turned(angles[0], angles[1], angles[2]);
 }
 
+void read_walk(CheckedTable& table, stages::SceneObject& object) {
+  const auto walk = table.find("walk", kPoint, vector3);
+  const auto time = table.find("walk_time", "a time above 0", positive_number);
+  if (walk.has_value() != time.has_value()) table.refuse("walk and walk_time ask for each other");
+  object.walk = walk.value_or(object.walk);
+  object.walk_time = time.value_or(object.walk_time);
+}
+
 void read_object(CheckedTable table, const std::filesystem::path& folder, stages::Scene& scene) {
   stages::SceneObject object;
   object.shape = read_shape(table, folder);
   object.paint = read_paint(table);
+  object.leaf_area_density = table.find("leaf_area_density", "a number above 0", positive_number)
+                                 .value_or(object.leaf_area_density);
+  read_walk(table, object);
   const Vector3 position = table.find("position", kPoint, vector3).value_or(Vector3{});
   const stages::Quaternion turn = read_turn(table, "rotation");
   for_each_copy(table, [&](const std::string&, const Vector3& shift) {

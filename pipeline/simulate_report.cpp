@@ -59,12 +59,11 @@ std::string simulate_text(const SimulateReport& report, const std::filesystem::p
     text += row(station, width, fmt::format("{} x {}", station.columns, station.rows));
   if (report.stations.size() > 1) text += row(sum, width, "");
   text += effects_line(sum.effect_calls);
-  return text +
-         fmt::format("  {:.1f} % of {} hit something; {}, {:.1f} M rays/s\n  cairn build {}\n",
-                     100 * static_cast<double>(sum.points) / static_cast<double>(sum.rays),
-                     count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
-                     static_cast<double>(sum.rays) / report.elapsed_s / 1e6,
-                     printable((output / "campaign.toml").string()));
+  return text + fmt::format("  {:.3f} points a ray; {} in {}, {:.1f} M rays/s\n  cairn build {}\n",
+                            static_cast<double>(sum.points) / static_cast<double>(sum.rays),
+                            count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
+                            static_cast<double>(sum.rays) / report.elapsed_s / 1e6,
+                            printable((output / "campaign.toml").string()));
 }
 
 std::string simulate_json(const SimulateReport& report, const std::filesystem::path& output) {

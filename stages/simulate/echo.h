@@ -18,16 +18,15 @@ struct Echo {
   double incidence_cosine;
   Vector3 normal;  ///< of length 1, facing the scanner
   Rgb surface;
-  std::uint32_t object;  ///< kNoObject: none of the scene's
-  std::uint32_t number;  ///< of the ray's echoes, counted from 0 where they arise
+  const SceneObject* object;  ///< nullptr: none of the scene's
+  std::uint32_t number;       ///< of the ray's echoes, counted from 0 where they arise
+  double energy;              ///< share of the beam that met the surface
 
   // Measured.
   double range;
   Vector3 direction;
   double intensity;  ///< 0 to 1
   Rgb color;
-
-  static constexpr std::uint32_t kNoObject = ~std::uint32_t{0};
 };
 
 /// An echo of something at `distance` that is no object of the scene and faces the scanner.
@@ -36,8 +35,9 @@ inline Echo stray_echo(double distance, const Vector3& direction, const Rgb& col
           .incidence_cosine = 1,
           .normal = direction * -1,
           .surface = color,
-          .object = Echo::kNoObject,
+          .object = nullptr,
           .number = 0,
+          .energy = 1,
           .range = distance,
           .direction = direction,
           .intensity = 1,
@@ -53,12 +53,13 @@ class RayEchoes {
   auto end() { return all_.end(); }
   bool empty() const { return all_.size() == first_; }
   void add(const Echo& echo) { all_.push_back(echo); }
+  void clear() { all_.erase(begin(), end()); }
   template <typename Unwanted>
   void remove_if(Unwanted unwanted) {
     all_.erase(std::remove_if(begin(), end(), unwanted), end());
   }
   void replace_by(const Echo& echo) {
-    all_.resize(first_, echo);
+    clear();
     add(echo);
   }
 

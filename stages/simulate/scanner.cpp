@@ -12,7 +12,7 @@
 #include "formats/scans/resize_block.h"
 #include "stages/parallel.h"
 #include "stages/simulate/angles.h"
-#include "stages/simulate/ray_caster.h"
+#include "stages/simulate/station_view.h"
 
 namespace cairn::stages {
 namespace {
@@ -34,7 +34,7 @@ struct Piece {
   EffectCalls effect_calls{};
 };
 
-class StationScan final : public Sight {
+class StationScan {
  public:
   StationScan(const std::vector<SceneObject>& objects, const Station& station,
               const StationEffects& effects, ScanFrame frame, const ScanInfo& description)
@@ -42,10 +42,8 @@ class StationScan final : public Sight {
         effects_(effects),
         frame_(frame),
         description_(description),
-        pose_(station.pose()),
         recorded_pose_(effects.recorded(station).pose()),
-        to_station_(formats::transposed(pose_.linear)),
-        caster_(objects, station.position) {
+        view_(objects, station, effects) {
     for (std::uint64_t row = 0; row < station.raster.rows; ++row)
       elevations_.push_back(sine_cosine(station.raster.elevation(row)));
   }
@@ -64,30 +62,13 @@ class StationScan final : public Sight {
       const Vector3 direction{elevation.cosine * azimuth.cosine, elevation.cosine * azimuth.sine,
                               elevation.sine};
       RayEchoes of_ray(echoes);
-      if (const auto echo = look(direction)) of_ray.add(*echo);
-      effects_.apply({ray, direction, station_.max_range, *this}, of_ray, piece->effect_calls);
+      if (const auto echo = view_.look(ray, direction)) of_ray.add(*echo);
+      effects_.apply({ray, direction, station_.max_range, view_}, of_ray, piece->effect_calls);
     }
     PointBlock& block = piece->block;
     formats::resize_block(description_.schema, description_.encoding, echoes.size(), block);
     for (std::size_t i = 0; i < echoes.size(); ++i) record(echoes[i], i, block);
     return piece;
-  }
-
-  std::optional<Echo> look(const Vector3& direction) const override {
-    const Vector3 in_world = formats::multiply(pose_.linear, direction);
-    const auto hit = caster_.cast(in_world, station_.max_range);
-    if (!hit) return std::nullopt;
-    const double cosine = std::clamp(-dot(hit->normal, in_world), 0.0, 1.0);
-    return Echo{.distance = hit->distance,
-                .incidence_cosine = cosine,
-                .normal = formats::multiply(to_station_, hit->normal),
-                .surface = hit->color,
-                .object = hit->object,
-                .number = 0,
-                .range = hit->distance,
-                .direction = direction,
-                .intensity = cosine,
-                .color = hit->color};
   }
 
  private:
@@ -117,10 +98,8 @@ class StationScan final : public Sight {
   const StationEffects& effects_;
   ScanFrame frame_;
   const ScanInfo& description_;
-  formats::Pose pose_;                 ///< in which rays are cast
-  formats::Pose recorded_pose_;        ///< in which points are placed
-  std::array<Vector3, 3> to_station_;  ///< rotation from world axes to the station's
-  RayCaster caster_;
+  formats::Pose recorded_pose_;  ///< in which points are placed
+  StationView view_;
   std::vector<SineCosine> elevations_;
 };
 
@@ -187,7 +166,7 @@ ScanCounts scan_station(const Context& context, const std::vector<SceneObject>& 
                         const Station& station, const StationEffects& effects, ScanFrame frame,
                         const ScanInfo& description, const formats::BlockSink& sink) {
   std::uint64_t next = 0;
-  ScanCounts counts{.effect_calls = effects.calls_a_station()};
+  ScanCounts counts{.effect_calls = effects.other_calls(station.raster.rays())};
   const std::uint64_t rays = station.raster.rays();
   const unsigned threads = std::max(1U, context.threads);
   run_in_arena(threads, [&] {

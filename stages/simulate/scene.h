@@ -30,6 +30,9 @@ struct SceneObject {
   ShapePtr shape;
   formats::Pose pose;  ///< of the shape's frame in the world: a rotation and a translation
   Paint paint;
+  double leaf_area_density = 0;  ///< leaf area a unit of volume, for the effect foliage; 0: solid
+  Vector3 walk{};                ///< there and back, for the effect moving_objects; 0: none
+  double walk_time = 1;          ///< of there and back; above 0
 };
 
 /// Directions of the rays in the station's frame, in which x is azimuth 0, y azimuth 90 and z elevation 90

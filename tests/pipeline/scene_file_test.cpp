@@ -66,9 +66,11 @@ TEST(SceneFile, ObjectsAndStationsRepeat) {
 }
 
 TEST(SceneFile, RefusalsNameFileLineTableKeyAndWhatIsAllowed) {
-  EXPECT_EQ(refusal(kObject + "radios = 1\n" + kStation),
-            "site.toml, line 4: object 1: unknown key 'radios'; keys are type, radius, color, "
-            "pattern, color2, pattern_size, position, rotation, repeat, repeat_step");
+  EXPECT_EQ(
+      refusal(kObject + "radios = 1\n" + kStation),
+      "site.toml, line 4: object 1: unknown key 'radios'; keys are type, radius, color, "
+      "pattern, color2, pattern_size, leaf_area_density, walk, walk_time, position, rotation, "
+      "repeat, repeat_step");
   EXPECT_EQ(refusal("[[object]]\ntype = \"sphere\"\nradius = -1\n" + kStation),
             "site.toml, line 3: object 1: radius: found -1, expected a length above 0");
   EXPECT_THAT(refusal("[[object]]\ntype = \"torus\"\n" + kStation),

@@ -1,7 +1,8 @@
 // Effects: what makes the simulated scanner less than ideal. Each is one file that tells its formula and where it
 // comes from. Effects change echoes, in the order of EffectKind; one that a scene does not name is not made.
 //
-// One is no EchoEffect, as it acts elsewhere: registration_error, on the pose that is told.
+// Two are no EchoEffect, as they act elsewhere: registration_error, on the pose that is told, and moving_objects, on
+// what a ray meets.
 #pragma once
 
 #include <array>
@@ -20,6 +21,9 @@ namespace cairn::stages {
 /// In the order in which they act; an effect's number is part of the key of its random numbers.
 enum class EffectKind : std::uint32_t {
   kRegistrationError,
+  kMovingObjects,
+  kFoliage,
+  kBeamDivergence,
   kDust,
   kDropouts,
   kOutliers,
@@ -30,8 +34,8 @@ enum class EffectKind : std::uint32_t {
 };
 /// As scenes call them.
 inline constexpr auto kEffectNames = std::to_array<std::string_view>(
-    {"registration_error", "dust", "dropouts", "outliers", "range_noise", "angular_jitter",
-     "intensity_falloff", "exposure"});
+    {"registration_error", "moving_objects", "foliage", "beam_divergence", "dust", "dropouts",
+     "outliers", "range_noise", "angular_jitter", "intensity_falloff", "exposure"});
 inline constexpr std::size_t kEffects = kEffectNames.size();
 static_assert(static_cast<std::size_t>(EffectKind::kExposure) == kEffects - 1);
 
@@ -42,8 +46,10 @@ using EffectCalls = std::array<std::uint64_t, kEffects>;
 class Sight {
  public:
   virtual ~Sight() = default;
-  /// The ideal echo of the nearest surface along a direction of length 1 in the station's frame. Any thread.
-  virtual std::optional<Echo> look(const Vector3& direction) const = 0;
+  /// The ideal echo of the nearest surface beyond the distance `from`, at the time of the ray number `ray`, along a
+  /// direction of length 1 in the station's frame. Any thread.
+  virtual std::optional<Echo> look(std::uint64_t ray, const Vector3& direction,
+                                   double from = 0) const = 0;
 };
 
 struct Beam {

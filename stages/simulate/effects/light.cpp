@@ -30,7 +30,7 @@ double reflectance(const Rgb& surface) {
 
 double returned_power(const Echo& echo, double reference_range) {
   const double nearness = reference_range / echo.distance;
-  return reflectance(echo.surface) * echo.incidence_cosine * nearness * nearness;
+  return echo.energy * reflectance(echo.surface) * echo.incidence_cosine * nearness * nearness;
 }
 
 }  // namespace cairn::stages

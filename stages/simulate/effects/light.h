@@ -16,7 +16,8 @@ std::uint8_t encoded_light(double light);
 double reflectance(const Rgb& surface);
 
 /// The laser radar equation for a surface that is wider than the beam and scatters as Lambert says, relative to a
-/// white surface at `reference_range` that faces the scanner: rho cos(alpha) (reference_range / R)^2.
+/// white surface at `reference_range` that faces the scanner: rho cos(alpha) (reference_range / R)^2, times the share of
+/// the beam that met the surface.
 /// Based on: Bernhard Höfle and Norbert Pfeifer, "Correction of laser scanning intensity data: data and
 /// model-driven approaches", ISPRS Journal of Photogrammetry and Remote Sensing 62(6), 2007.
 double returned_power(const Echo& echo, double reference_range);

@@ -7,7 +7,8 @@ namespace cairn::stages {
 StationEffects::StationEffects(const Effects& effects, std::size_t station)
     : seed_(effects.seed),
       station_(static_cast<std::uint32_t>(station)),
-      registration_error_(effects.registration_error) {
+      registration_error_(effects.registration_error),
+      moving_objects_(effects.moving_objects) {
   for (const ChosenEffect& chosen : effects.of_echoes)
     of_echoes_.push_back({chosen.kind, chosen.make(draws(chosen.kind))});
   std::sort(of_echoes_.begin(), of_echoes_.end(),
@@ -34,8 +35,9 @@ void StationEffects::apply(const Beam& beam, RayEchoes& echoes, EffectCalls& cal
       [&](const Echo& echo) { return !(echo.range > 0 && echo.range <= beam.max_range); });
 }
 
-EffectCalls StationEffects::calls_a_station() const {
+EffectCalls StationEffects::other_calls(std::uint64_t rays) const {
   EffectCalls calls{};
+  calls[static_cast<std::size_t>(EffectKind::kMovingObjects)] = moving_objects_ ? rays : 0;
   calls[static_cast<std::size_t>(EffectKind::kRegistrationError)] = registration_error_ ? 1 : 0;
   return calls;
 }

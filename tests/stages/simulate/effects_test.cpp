@@ -2,13 +2,16 @@
 // not change.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "stages/simulate/effects/angular_jitter.h"
+#include "stages/simulate/effects/beam_divergence.h"
 #include "stages/simulate/effects/dropouts.h"
 #include "stages/simulate/effects/dust.h"
 #include "stages/simulate/effects/exposure.h"
+#include "stages/simulate/effects/foliage.h"
 #include "stages/simulate/effects/intensity_falloff.h"
 #include "stages/simulate/effects/outliers.h"
 #include "stages/simulate/effects/range_noise.h"
@@ -48,6 +51,15 @@ ChosenEffect falloff(double range, double attenuation) {
   return {EffectKind::kIntensityFalloff, [=](const Draws&) {
             return make_intensity_falloff({range, attenuation});
           }};
+}
+
+ChosenEffect divergence(double angle, double resolution, unsigned rays) {
+  return {EffectKind::kBeamDivergence, [=](const Draws&) {
+            return make_beam_divergence({angle, resolution, rays});
+          }};
+}
+ChosenEffect foliage(std::uint32_t returns, double blocked) {
+  return chosen(EffectKind::kFoliage, Foliage{returns, blocked}, make_foliage);
 }
 
 StationEffects effects(std::vector<ChosenEffect> of_echoes, std::size_t station = 0,
@@ -141,8 +153,9 @@ TEST(Effects, OnlyTheNamedAreCalledOnceARay) {
 }
 
 std::vector<ChosenEffect> all_effects() {
-  return {noise(0.01, 1e-3), jitter(0.1, 0.1), dropouts(5, 4),  dust(50),
-          outliers(0.01),    falloff(3, 0.01), exposure(1, 0.3)};
+  return {divergence(0.05, 0.5, 5), foliage(3, 0.5),  noise(0.01, 1e-3),
+          jitter(0.1, 0.1),         dropouts(5, 4),   dust(50),
+          outliers(0.01),           falloff(3, 0.01), exposure(1, 0.3)};
 }
 
 TEST(Effects, TheSameBytesOnAnyNumberOfThreadsAndInAnyOrderOfNames) {
@@ -327,6 +340,134 @@ TEST(RegistrationError, MovesTheRecordedPoseAndCastsFromTheTrueOne) {
   for (std::size_t i = 0; i < own.points.size(); ++i)
     ASSERT_LT(length(world.points[i] - formats::place(told, own.points[i])), 1e-12);
   EXPECT_EQ(own.effect_calls[static_cast<std::size_t>(EffectKind::kRegistrationError)], 1U);
+}
+
+/// A beam of rays that all look along x, but for less than 1e-3 degrees.
+Station along_x(std::uint64_t rays) {
+  Station station{.name = "s", .position = {}, .raster = raster(rays, 1, -1e-6, 1e-6)};
+  station.raster.azimuth_begin = -1e-3;
+  station.raster.azimuth_end = 1e-3;
+  return station;
+}
+/// A box from `near` to `far` along x.
+SceneObject slab(double near, double far, double leaf_area_density = 0) {
+  SceneObject result = object(make_box({far - near, 9, 9}), {(near + far) / 2, 0, 0}, kWhite);
+  result.leaf_area_density = leaf_area_density;
+  return result;
+}
+std::size_t count_within(const Scan& found, double near, double far) {
+  return static_cast<std::size_t>(
+      std::count_if(found.points.begin(), found.points.end(),
+                    [&](const Vector3& p) { return p[0] > near && p[0] < far; }));
+}
+
+/// A wall at x = 10 where y is negative, one at 10.5 elsewhere, and azimuths up to 0.5 degrees about the edge.
+std::vector<SceneObject> edge() {
+  return {object(make_box({1, 100, 100}), {10.5, -50, 0}, kWhite),
+          object(make_box({1, 200, 100}), {11, 0, 0}, kWhite)};
+}
+Station before_edge() {
+  Station station = along_x(201);
+  station.raster.azimuth_begin = -0.5;
+  station.raster.azimuth_end = 0.5;
+  return station;
+}
+
+TEST(BeamDivergence, MixesTheRangesOfAnEdgeByTheGaussianOfTheBeam) {
+  const Scan found = scan(edge(), before_edge(), {}, effects({divergence(0.4, 1, 1000)}));
+  ASSERT_EQ(found.told, 201U);
+  for (std::size_t i = 0; i < found.points.size(); ++i) {
+    // Across one axis exp(-2 a^2 / (0.2 degrees)^2) is a normal distribution of deviation 0.1 degrees.
+    const double azimuth = before_edge().raster.azimuth(i);
+    const double front = 0.5 * std::erfc(azimuth / 0.1 / std::sqrt(2.0)) / (10 * 10);
+    const double back = 0.5 * std::erfc(-azimuth / 0.1 / std::sqrt(2.0)) / (10.5 * 10.5);
+    EXPECT_NEAR(length(found.points[i]), (10 * front + 10.5 * back) / (front + back), 0.01) << i;
+  }
+}
+
+TEST(BeamDivergence, TellsSurfacesApartThatLieFartherThanItsResolution) {
+  const Scan found = scan(edge(), before_edge(), {}, effects({divergence(0.4, 0.3, 50)}));
+  ASSERT_EQ(found.told, 201U);
+  for (const double range : ranges(found))
+    EXPECT_LT(std::min(std::fabs(range - 10), std::fabs(range - 10.5)), 1e-3);
+}
+
+TEST(BeamDivergence, WidensWhatIsThinnerThanTheBeamAndKeepsWhatIsEven) {
+  const std::vector<SceneObject> wire{object(make_tube({{10, 0, -5}, {10, 0, 5}}, 0.002), {})};
+  const std::uint64_t ideal = scan(wire, before_edge()).told;
+  EXPECT_GT(scan(wire, before_edge(), {}, effects({divergence(0.4, 1, 50)})).told, 5 * ideal);
+  for (const double range : ranges(scan(ball(5), inside(), {}, effects({divergence(0.4, 1, 7)}))))
+    ASSERT_NEAR(range, 5, 1e-12);
+}
+
+TEST(Foliage, LetsThroughWhatBeerAndLambertSay) {
+  const std::vector<SceneObject> objects{slab(5, 9, 0.6), slab(12, 13)};
+  const Scan first = scan(objects, along_x(20'000), {}, effects({foliage(1, 1)}));
+  ASSERT_EQ(first.told, 20'000U);
+  EXPECT_EQ(count_within(first, 4.9, 9) + count_within(first, 11.999, 12.001), 20'000U);
+  expect_share(count_within(first, 11, 13), 20'000, std::exp(-0.5 * 0.6 * 4));
+  expect_share(count_within(first, 4.9, 6), 20'000, 1 - std::exp(-0.5 * 0.6 * 1));
+  // Overlapping crowns add their densities; a trunk inside is seen, what is behind it is not.
+  const Scan both = scan({slab(5, 9, 0.4), slab(7, 10, 0.2), slab(12, 13)}, along_x(20'000), {},
+                         effects({foliage(1, 1)}));
+  expect_share(count_within(both, 11, 13), 20'000, std::exp(-0.5 * (0.4 * 4 + 0.2 * 3)));
+  const Scan trunk = scan({slab(5, 9, 0.4), slab(7, 8), slab(12, 13)}, along_x(20'000), {},
+                          effects({foliage(1, 1)}));
+  expect_share(count_within(trunk, 6.999, 7.001), 20'000, std::exp(-0.5 * 0.4 * 2));
+  EXPECT_EQ(count_within(trunk, 7.001, 99), 0U);
+}
+
+TEST(Foliage, GivesSeveralReturnsWhoseNumberIsPoissons) {
+  const std::vector<SceneObject> objects{slab(5, 9, 0.6), slab(12, 13)};
+  const Scan found = scan(objects, along_x(20'000), {}, effects({foliage(15, 0.25)}));
+  EXPECT_EQ(count_within(found, 11, 13), 20'000U);
+  const double mean = 0.5 * 0.6 * 4;
+  EXPECT_LT(std::fabs(static_cast<double>(count_within(found, 4, 10)) - 20'000 * mean),
+            kDeviations * std::sqrt(20'000 * mean));
+  // The first of each beam has a quarter of the light, the next a quarter of what is left, or all if solid.
+  EXPECT_EQ(found.intensities[0], found.points[0][0] < 11 ? std::lround(65535 * 0.25) : 65535);
+  for (std::size_t i = 1; i < found.points.size(); ++i)
+    if (found.points[i - 1][0] > 11 && found.points[i][0] < 11)
+      ASSERT_EQ(found.intensities[i], std::lround(65535 * 0.25));
+  EXPECT_LE(scan(objects, along_x(20'000), {}, effects({foliage(2, 0.25)})).told, 40'000U);
+}
+
+TEST(Foliage, IsSolidWhereItIsNotNamed) {
+  EXPECT_TRUE(scan({slab(5, 9, 0.6)}, along_x(100)).bytes ==
+              scan({slab(5, 9)}, along_x(100)).bytes);
+}
+
+TEST(MovingObjects, AreWhereTheyAreWhenTheRayIsCast) {
+  SceneObject walker = object(make_sphere(1), {10, -2, 0}, {9, 9, 9});
+  walker.walk = {0, 4, 0};
+  walker.walk_time = 100;
+  Station station = along_x(2000);
+  station.raster.azimuth_begin = -30;
+  station.raster.azimuth_end = 30;
+  Effects named;
+  named.moving_objects = {.scan_time = 50};
+  const std::vector<SceneObject> objects{slab(12, 13), walker};
+  // It goes there while the first station is scanned, and back while the second is.
+  for (const std::size_t number : {0U, 1U}) {
+    const Scan found = scan(objects, station, {}, {named, number});
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < found.points.size(); ++i) {
+      if (found.colors[i] != walker.paint.first) continue;
+      ++seen;
+      const Vector3& p = found.points[i];
+      const double share = (std::atan2(p[1], p[0]) / kDegree + 30) / 60 - 0.5 / 2000;
+      const double way = 4 * (number == 0 ? share : 1 - share);
+      EXPECT_NEAR(length(p - Vector3{10, -2 + way, 0}), 1, 1e-9);
+    }
+    // Azimuth and object run the same way, which widens it; the other way it is narrower.
+    const double still = 2 * std::asin(0.1) / kDegree / 60 * 2000;
+    EXPECT_GT(seen, 100U);
+    EXPECT_EQ(number == 0, static_cast<double>(seen) > still);
+    EXPECT_EQ(found.effect_calls[static_cast<std::size_t>(EffectKind::kMovingObjects)], 2000U);
+  }
+  SceneObject still = walker;
+  still.walk = {};
+  EXPECT_TRUE(scan(objects, station).bytes == scan({slab(12, 13), still}, station).bytes);
 }
 
 }  // namespace
