@@ -181,19 +181,22 @@ void read_output(CheckedTable table, SceneFile& scene) {
   table.finish();
 }
 
-/// The tables of [[key]], which must be there.
-std::vector<const toml::table*> tables_of(CheckedTable& table, std::string_view key) {
-  return table.need(
-      key, fmt::format("at least one table [[{}]]", key),
-      [](const toml::node& node) -> std::optional<std::vector<const toml::table*>> {
-        const toml::array* items = node.as_array();
-        std::vector<const toml::table*> tables;
-        for (std::size_t i = 0; items != nullptr && i < items->size(); ++i)
-          tables.push_back((*items)[i].as_table());
-        if (tables.empty() || std::find(tables.begin(), tables.end(), nullptr) != tables.end())
-          return std::nullopt;
-        return tables;
-      });
+using Tables = std::vector<const toml::table*>;
+
+/// The tables of [[key]], which must be there unless the scene has a base.
+Tables tables_of(CheckedTable& table, std::string_view key, bool has_base) {
+  const std::string allowed = fmt::format("at least one table [[{}]]", key);
+  const auto read = [](const toml::node& node) -> std::optional<Tables> {
+    const toml::array* items = node.as_array();
+    Tables tables;
+    for (std::size_t i = 0; items != nullptr && i < items->size(); ++i)
+      tables.push_back((*items)[i].as_table());
+    if (tables.empty() || std::find(tables.begin(), tables.end(), nullptr) != tables.end())
+      return std::nullopt;
+    return tables;
+  };
+  return has_base ? table.find(key, allowed, read).value_or(Tables{})
+                  : table.need(key, allowed, read);
 }
 
 void refuse_equal_names(const CheckedTable& table, const stages::Scene& scene) {
@@ -209,6 +212,17 @@ std::string name_from(const std::filesystem::path& file) {
   return plain_name(stem).value_or("scene");
 }
 
+/// The objects and stations that a scene begins with: those of its base, if it names one.
+stages::Scene read_base(CheckedTable& table, const std::filesystem::path& folder) {
+  const auto base = table.find("base", "the path of a scene, a .toml file", any_text);
+  if (!base) return {};
+  const std::filesystem::path file = folder / *base;
+  const std::string text = formats::read_toml_text(file);
+  if (formats::parse_toml(text, file.string()).contains("base"))
+    table.refuse("base: " + file.string() + " has a base itself");
+  return parse_scene(text, file).scene;
+}
+
 }  // namespace
 
 SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) {
@@ -218,8 +232,9 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) 
   scene.name = table.find("name", kNames, plain_name).value_or(name_from(file));
   const auto output = table.find("output", "a table [output]", any_table);
   const auto effects = table.find("effects", "a table [effects]", any_table);
-  const auto objects = tables_of(table, "object");
-  const auto stations = tables_of(table, "station");
+  scene.scene = read_base(table, file.parent_path());
+  const auto objects = tables_of(table, "object", table.has("base"));
+  const auto stations = tables_of(table, "station", table.has("base"));
   table.finish();
   if (output) read_output({**output, file, "output"}, scene);
   if (effects) scene.effects = read_effects(**effects, file);

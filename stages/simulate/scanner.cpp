@@ -63,7 +63,8 @@ class StationScan {
                               elevation.sine};
       RayEchoes of_ray(echoes);
       if (const auto echo = view_.look(ray, direction)) of_ray.add(*echo);
-      effects_.apply({ray, direction, station_.max_range, view_}, of_ray, piece->effect_calls);
+      if (effects_.change_echoes())
+        effects_.apply({ray, direction, station_.max_range, view_}, of_ray, piece->effect_calls);
     }
     PointBlock& block = piece->block;
     formats::resize_block(description_.schema, description_.encoding, echoes.size(), block);

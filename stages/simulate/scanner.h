@@ -20,7 +20,7 @@ enum class ScanFrame : std::uint8_t {
 };
 
 /// How a station's scan is told: schema (normal float32 x 3, intensity uint16, color uint8 x 3), encoding, and
-/// that at most raster.rays() points come. Coordinates are doubles; with `steps` they are steps of 1e-5 or, where
+/// that at most raster.rays() points come (of one echo a beam). Coordinates are doubles; with `steps` they are steps of 1e-5 or, where
 /// `max_range` asks for more than int32 holds, of a greater power of ten, counted from 0 or, in the world, from
 /// the whole number next to the station.
 formats::ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps);

@@ -1,6 +1,7 @@
 // What a station sees of a scene, as ideal echoes.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -39,5 +40,27 @@ class StationView final : public Sight {
   std::vector<std::unique_ptr<Mover>> movers_;
   std::unique_ptr<RayCaster> caster_;  ///< of all that stands still
 };
+
+// Here, so that the ideal scanner's loop takes it in: an echo is as long as its making.
+inline std::optional<Echo> StationView::look(std::uint64_t ray, const Vector3& direction,
+                                             double from) const {
+  const Vector3 in_world = formats::multiply(pose_.linear, direction);
+  const Vector3 start = in_world * from;
+  auto hit = caster_->cast(in_world, station_.max_range - from, from > 0 ? &start : nullptr);
+  if (!movers_.empty()) look_at_movers(ray, in_world, start, hit);
+  if (!hit) return std::nullopt;
+  const double cosine = std::clamp(-dot(hit->normal, in_world), 0.0, 1.0);
+  return Echo{.distance = hit->distance + from,
+              .incidence_cosine = cosine,
+              .normal = formats::multiply(to_station_, hit->normal),
+              .surface = hit->color,
+              .object = hit->object,
+              .number = 0,
+              .energy = 1,
+              .range = hit->distance + from,
+              .direction = direction,
+              .intensity = cosine,
+              .color = hit->color};
+}
 
 }  // namespace cairn::stages

@@ -181,9 +181,65 @@ TEST(SceneFile, MeshesLieBesideTheSceneAndAreScaled) {
   EXPECT_THROW(read_scene(folder / "none.toml"), formats::Error);
 }
 
+TEST(SceneFile, TakesObjectsAndStationsOfItsBaseBeforeItsOwn) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "base.toml",
+                   "[output]\nformat = \"las\"\n[effects]\nseed = 3\n" + kObject + kStation);
+  const SceneFile same = parse_scene("base = \"base.toml\"", folder / "same.toml");
+  EXPECT_EQ(same.name, "same");
+  EXPECT_EQ(same.format, "ply");
+  EXPECT_EQ(same.effects.seed, 0U);
+  EXPECT_EQ(same.scene.objects.size(), 1U);
+  EXPECT_EQ(same.scene.stations.size(), 1U);
+  const std::string more = "base = \"base.toml\"\n" + kObject + "position = [5, 0, 0]\n" + kStation;
+  const SceneFile both = parse_scene(more + "name = \"own\"\n", folder / "more.toml");
+  ASSERT_EQ(both.scene.objects.size(), 2U);
+  EXPECT_THAT(both.scene.objects[1].pose.translation, ElementsAre(5, 0, 0));
+  ASSERT_EQ(both.scene.stations.size(), 2U);
+  EXPECT_EQ(both.scene.stations[1].name, "own");
+}
+
+TEST(SceneFile, RefusesBasesThatCannotBe) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "a.toml", "base = \"a.toml\"");
+  try {
+    read_scene(folder / "a.toml");
+    FAIL();
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kUsage);
+    EXPECT_THAT(error.what(), HasSubstr("a.toml has a base itself"));
+  }
+  EXPECT_THAT(refusal("base = 3"), HasSubstr("site.toml, line 1: base"));
+  EXPECT_THROW(parse_scene("base = \"none.toml\"", folder / "b.toml"), formats::Error);
+}
+
+TEST(SceneFile, ReadsMarksOfObjects) {
+  const SceneFile scene = parse_scene(
+      kObject + "leaf_area_density = 0.7\nwalk = [1, 2, 3]\nwalk_time = 20\n" + kStation +
+          "[effects]\nfoliage = {returns = 3}\nmoving_objects = {scan_time = 9}\n"
+          "beam_divergence = {divergence = 0.02, resolution = 1}\n",
+      "a.toml");
+  const stages::SceneObject& object = scene.scene.objects[0];
+  EXPECT_EQ(object.leaf_area_density, 0.7);
+  EXPECT_THAT(object.walk, ElementsAre(1, 2, 3));
+  EXPECT_EQ(object.walk_time, 20);
+  EXPECT_EQ(scene.effects.moving_objects->scan_time, 9);
+  EXPECT_EQ(scene.effects.of_echoes.size(), 2U);
+  for (const std::string lines : {"leaf_area_density = 0\n", "walk = [1, 2, 3]\n",
+                                  "walk_time = 2\n", "walk = [1, 2, 3]\nwalk_time = 0\n"})
+    EXPECT_THAT(refusal(kObject + lines + kStation), HasSubstr("object 1")) << lines;
+  for (const std::string lines :
+       {"foliage = {returns = 16}", "foliage = {blocked = 0}", "moving_objects = {scan_time = 0}",
+        "beam_divergence = {divergence = 11, resolution = 1}",
+        "beam_divergence = {divergence = 1, resolution = 1, rays = 1}"})
+    EXPECT_THAT(refusal("[effects]\n" + lines + "\n" + kObject + kStation),
+                HasSubstr("site.toml, line 2: effects."))
+        << lines;
+}
+
 TEST(SceneFile, TheScenesOfTheProjectAreRead) {
   const auto scenes = test::files_in(CAIRN_SOURCE "/configs/scenes", ".toml");
-  EXPECT_EQ(scenes.size(), 3U);
+  EXPECT_EQ(scenes.size(), 7U);
   for (const auto& path : scenes) {
     const SceneFile scene = read_scene(path);
     EXPECT_EQ(scene.name, path.stem().string());

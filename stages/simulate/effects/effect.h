@@ -63,6 +63,8 @@ struct Beam {
 class EchoEffect {
  public:
   virtual ~EchoEffect() = default;
+  /// How many echoes it leaves a beam that had one, at most.
+  virtual std::uint64_t most_echoes() const { return 1; }
   /// `echoes` are those of the beam, none if it met nothing.
   virtual void apply(const Beam& beam, RayEchoes& echoes) const = 0;
 };

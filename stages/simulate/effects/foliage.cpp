@@ -73,6 +73,8 @@ class FoliageEffect : public EchoEffect {
  public:
   FoliageEffect(const Foliage& settings, const Draws& draws) : settings_(settings), draws_(draws) {}
 
+  std::uint64_t most_echoes() const override { return settings_.returns; }
+
   void apply(const Beam& beam, RayEchoes& echoes) const override {
     if (echoes.empty() || !Passage::is_foliage(*echoes.begin())) return;
     const Echo first = *echoes.begin();

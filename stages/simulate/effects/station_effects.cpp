@@ -24,8 +24,13 @@ Station StationEffects::recorded(const Station& station) const {
   return misplaced(station, *registration_error_, draws(EffectKind::kRegistrationError));
 }
 
+std::uint64_t StationEffects::most_echoes() const {
+  std::uint64_t most = 1;
+  for (const Made& made : of_echoes_) most = std::max(most, made.effect->most_echoes());
+  return most;
+}
+
 void StationEffects::apply(const Beam& beam, RayEchoes& echoes, EffectCalls& calls) const {
-  if (of_echoes_.empty()) return;
   for (const Made& made : of_echoes_) {
     made.effect->apply(beam, echoes);
     ++calls[static_cast<std::size_t>(made.kind)];

@@ -31,6 +31,9 @@ class StationEffects {
   /// that it moves objects.
   double time_of(double share) const { return moving_objects_->scan_time * (station_ + share); }
 
+  bool change_echoes() const { return !of_echoes_.empty(); }
+  /// How many echoes a beam has at most.
+  std::uint64_t most_echoes() const;
   /// Applies the effects of echoes to those of one beam, and counts. Any thread, each with its own `calls`.
   void apply(const Beam& beam, RayEchoes& echoes, EffectCalls& calls) const;
 
