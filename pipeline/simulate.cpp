@@ -99,10 +99,11 @@ StationReport simulate_station(const SceneFile& scene, std::size_t number,
                        .columns = station.raster.columns,
                        .rows = station.raster.rows,
                        .rays = station.raster.rays()};
-  const auto description = stages::describe_station(effects.recorded(station), scene.frame,
-                                                    /*steps=*/scene.format == "las");
-  const auto writer = formats::create_scan_writer(folder / report.file, description,
-                                                  effects.most_echoes() * report.rays);
+  const auto description =
+      stages::describe_station(effects.recorded(station), scene.frame,
+                               /*steps=*/scene.format == "las", effects.most_echoes());
+  const auto writer =
+      formats::create_scan_writer(folder / report.file, description, description.claimed_points);
   const stages::ScanCounts counts =
       stages::scan_station(context, scene.scene.objects, station, effects, scene.frame, description,
                            [&](const formats::PointBlock& block) { writer->write(block); });

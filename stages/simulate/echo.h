@@ -27,6 +27,7 @@ struct Echo {
   Vector3 direction;
   double intensity;  ///< 0 to 1
   Rgb color;
+  std::uint8_t return_number = 1, return_count = 1;  ///< among those that are told
 };
 
 /// An echo of something at `distance` that is no object of the scene and faces the scanner.

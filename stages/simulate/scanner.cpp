@@ -26,7 +26,8 @@ static_assert(kPieceRays <= formats::kBlockPoints);
 /// Enough to estimate the share of hits.
 constexpr double kCoarseRays = 20000;
 
-constexpr std::size_t kNormal = 0, kIntensity = 1, kColor = 2;  // in the schema
+/// In the schema; the last two if a beam may have several echoes.
+constexpr std::size_t kNormal = 0, kIntensity = 1, kColor = 2, kReturnNumber = 3, kReturnCount = 4;
 
 /// The points of some rays, and what making them took.
 struct Piece {
@@ -93,6 +94,9 @@ class StationScan {
                       static_cast<std::uint16_t>(std::lround(65535 * echo.intensity)));
     for (std::size_t channel = 0; channel < 3; ++channel)
       block.columns[kColor][3 * i + channel] = std::byte{echo.color[channel]};
+    if (description_.schema.size() <= kReturnNumber) return;
+    block.columns[kReturnNumber][i] = std::byte{echo.return_number};
+    block.columns[kReturnCount][i] = std::byte{echo.return_count};
   }
 
   const Station& station_;
@@ -130,7 +134,8 @@ double estimated_points(const Context& context, const std::vector<SceneObject>& 
   quiet.progress = nullptr;
   const std::uint64_t points =
       scan_station(quiet, objects, coarse, effects, ScanFrame::kSensor,
-                   describe_station(coarse, ScanFrame::kSensor, false), [](const PointBlock&) {})
+                   describe_station(coarse, ScanFrame::kSensor, false, effects.most_echoes()),
+                   [](const PointBlock&) {})
           .points;
   return rays * static_cast<double>(points) / static_cast<double>(coarse.raster.rays());
 }
@@ -144,7 +149,8 @@ double step_for(double reach) {
 
 }  // namespace
 
-ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps) {
+ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps,
+                          std::uint64_t most_echoes) {
   using formats::ReduceRule;
   using formats::ScalarType;
   ScanInfo info;
@@ -153,7 +159,11 @@ ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps) {
       {std::string(formats::attribute_name::kNormal), ScalarType::kF32, 3, ReduceRule::kNormal},
       {std::string(formats::attribute_name::kIntensity), ScalarType::kU16, 1, ReduceRule::kMean},
       {std::string(formats::attribute_name::kColor), ScalarType::kU8, 3, ReduceRule::kMean}};
-  info.claimed_points = info.present_points = station.raster.rays();
+  if (most_echoes > 1)
+    for (const auto name :
+         {formats::attribute_name::kReturnNumber, formats::attribute_name::kReturnCount})
+      info.schema.push_back({std::string(name), ScalarType::kU8, 1, ReduceRule::kNone});
+  info.claimed_points = info.present_points = station.raster.rays() * most_echoes;
   if (!steps) return info;
   info.encoding = formats::PositionEncoding::kSteps;
   info.scale.fill(step_for(station.max_range + 1));

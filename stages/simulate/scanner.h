@@ -20,10 +20,12 @@ enum class ScanFrame : std::uint8_t {
 };
 
 /// How a station's scan is told: schema (normal float32 x 3, intensity uint16, color uint8 x 3), encoding, and
-/// that at most raster.rays() points come (of one echo a beam). Coordinates are doubles; with `steps` they are steps of 1e-5 or, where
+/// that at most raster.rays() * most_echoes points come. If a beam may have several echoes, also return_number and
+/// return_count, uint8. Coordinates are doubles; with `steps` they are steps of 1e-5 or, where
 /// `max_range` asks for more than int32 holds, of a greater power of ten, counted from 0 or, in the world, from
 /// the whole number next to the station.
-formats::ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps);
+formats::ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps,
+                                   std::uint64_t most_echoes = 1);
 
 struct ScanCounts {
   std::uint64_t points = 0;
@@ -33,7 +35,7 @@ struct ScanCounts {
 /// Casts all rays of a station and hands the points out in the raster's order, block by block, from one thread at a
 /// time. A point has the normal of the surface, facing the scanner, the colour of the object, and as intensity
 /// 65,535 times the cosine between the two, but for what the effects do. `description` is what describe_station gave
-/// for effects.recorded(station). Advances the progress by rays. Memory: the scene's hierarchy and a few blocks a
+/// for effects.recorded(station) and effects.most_echoes(). Advances the progress by rays. Memory: the scene's hierarchy and a few blocks a
 /// thread. Throws what `sink` throws, and Stopped.
 ScanCounts scan_station(const Context& context, const std::vector<SceneObject>& objects,
                         const Station& station, const StationEffects& effects, ScanFrame frame,

@@ -35,9 +35,19 @@ void StationEffects::apply(const Beam& beam, RayEchoes& echoes, EffectCalls& cal
     made.effect->apply(beam, echoes);
     ++calls[static_cast<std::size_t>(made.kind)];
   }
+  drop_and_number(beam, echoes);
+}
+
+void StationEffects::drop_and_number(const Beam& beam, RayEchoes& echoes) {
   // The range gate: what seems to lie outside is not told.
   echoes.remove_if(
       [&](const Echo& echo) { return !(echo.range > 0 && echo.range <= beam.max_range); });
+  const auto count = static_cast<std::uint8_t>(echoes.end() - echoes.begin());
+  std::uint8_t number = 0;
+  for (Echo& echo : echoes) {
+    echo.return_number = ++number;
+    echo.return_count = count;
+  }
 }
 
 EffectCalls StationEffects::other_calls(std::uint64_t rays) const {

@@ -42,6 +42,7 @@ class StationEffects {
 
  private:
   Draws draws(EffectKind kind) const;
+  static void drop_and_number(const Beam& beam, RayEchoes& echoes);
 
   struct Made {
     EffectKind kind;

@@ -429,6 +429,15 @@ TEST(Foliage, GivesSeveralReturnsWhoseNumberIsPoissons) {
   for (std::size_t i = 1; i < found.points.size(); ++i)
     if (found.points[i - 1][0] > 11 && found.points[i][0] < 11)
       ASSERT_EQ(found.intensities[i], std::lround(65535 * 0.25));
+  // All returns of a beam are told together, and counted, the wall as the last.
+  ASSERT_EQ(found.return_numbers.size(), found.points.size());
+  std::uint8_t last = 0;
+  for (std::size_t i = 0; i < found.points.size(); ++i) {
+    ASSERT_EQ(found.return_numbers[i], ++last);
+    if (found.return_counts[i] != last) continue;
+    ASSERT_GT(found.points[i][0], 11);
+    last = 0;
+  }
   EXPECT_LE(scan(objects, along_x(20'000), {}, effects({foliage(2, 0.25)})).told, 40'000U);
 }
 

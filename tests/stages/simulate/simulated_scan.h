@@ -18,6 +18,7 @@ struct Scan {
   std::vector<Rgb> colors;
   std::string bytes;  ///< all of these
   std::uint64_t told = 0;
+  std::vector<std::uint8_t> return_numbers, return_counts;  ///< if there are several
   EffectCalls effect_calls{};
 };
 
@@ -36,7 +37,8 @@ void append(std::vector<T>& to, const std::vector<std::byte>& bytes) {
 
 inline Scan scan(const std::vector<SceneObject>& objects, const Station& station,
                  const ScanSetup& setup = {}, const StationEffects& effects = {}) {
-  const auto description = describe_station(effects.recorded(station), setup.frame, setup.steps);
+  const auto description =
+      describe_station(effects.recorded(station), setup.frame, setup.steps, effects.most_echoes());
   Scan result;
   const Context context{.threads = setup.threads, .memory_bytes = std::uint64_t{1} << 30};
   const ScanCounts counts = scan_station(
@@ -47,6 +49,10 @@ inline Scan scan(const std::vector<SceneObject>& objects, const Station& station
         append(result.normals, block.columns[0]);
         append(result.intensities, block.columns[1]);
         append(result.colors, block.columns[2]);
+        if (block.columns.size() > 3) {
+          append(result.return_numbers, block.columns[3]);
+          append(result.return_counts, block.columns[4]);
+        }
         result.bytes.append(reinterpret_cast<const char*>(block.world.data()),
                             block.world.size() * sizeof(Vector3));
         for (const auto& column : block.columns)
