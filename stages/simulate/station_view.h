@@ -41,7 +41,7 @@ class StationView final : public Sight {
   std::unique_ptr<RayCaster> caster_;  ///< of all that stands still
 };
 
-// Here, so that the ideal scanner's loop takes it in: an echo is as long as its making.
+// Here, so that it is compiled into the loop over rays: handing an echo out takes a good part of making it.
 inline std::optional<Echo> StationView::look(std::uint64_t ray, const Vector3& direction,
                                              double from) const {
   const Vector3 in_world = formats::multiply(pose_.linear, direction);
