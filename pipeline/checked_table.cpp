@@ -64,6 +64,10 @@ std::optional<std::string> any_text(const toml::node& node) {
   return node.as_string()->get();
 }
 
+std::optional<const toml::table*> any_table(const toml::node& node) {
+  return node.is_table() ? std::optional(node.as_table()) : std::nullopt;
+}
+
 std::optional<std::vector<double>> numbers(const toml::node& node) {
   const toml::array* items = node.as_array();
   if (items == nullptr) return std::nullopt;

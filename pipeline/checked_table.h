@@ -68,6 +68,7 @@ class CheckedTable {
 std::optional<double> any_number(const toml::node& node);       ///< from -1e12 to 1e12
 std::optional<double> positive_number(const toml::node& node);  ///< above 0, at most 1e12
 std::optional<std::string> any_text(const toml::node& node);
+std::optional<const toml::table*> any_table(const toml::node& node);
 std::optional<std::vector<double>> numbers(const toml::node& node);  ///< an array of such
 std::optional<formats::Vector3> vector3(const toml::node& node);
 /// A whole number from `least` to `most`.

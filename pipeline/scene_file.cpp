@@ -10,6 +10,7 @@
 #include "formats/meshes/mesh.h"
 #include "formats/toml_text.h"
 #include "pipeline/checked_table.h"
+#include "pipeline/scene_effects.h"
 #include "pipeline/scene_shapes.h"
 
 namespace cairn::pipeline {
@@ -66,10 +67,21 @@ stages::Quaternion read_turn(CheckedTable& table, std::string_view key) {
   return stages::turned(angles[0], angles[1], angles[2]);
 }
 
+void read_walk(CheckedTable& table, stages::SceneObject& object) {
+  const auto walk = table.find("walk", kPoint, vector3);
+  const auto time = table.find("walk_time", "a time above 0", positive_number);
+  if (walk.has_value() != time.has_value()) table.refuse("walk and walk_time ask for each other");
+  object.walk = walk.value_or(object.walk);
+  object.walk_time = time.value_or(object.walk_time);
+}
+
 void read_object(CheckedTable table, const std::filesystem::path& folder, stages::Scene& scene) {
   stages::SceneObject object;
   object.shape = read_shape(table, folder);
   object.paint = read_paint(table);
+  object.leaf_area_density = table.find("leaf_area_density", "a number above 0", positive_number)
+                                 .value_or(object.leaf_area_density);
+  read_walk(table, object);
   const Vector3 position = table.find("position", kPoint, vector3).value_or(Vector3{});
   const stages::Quaternion turn = read_turn(table, "rotation");
   for_each_copy(table, [&](const std::string&, const Vector3& shift) {
@@ -169,19 +181,22 @@ void read_output(CheckedTable table, SceneFile& scene) {
   table.finish();
 }
 
-/// The tables of [[key]], which must be there.
-std::vector<const toml::table*> tables_of(CheckedTable& table, std::string_view key) {
-  return table.need(
-      key, fmt::format("at least one table [[{}]]", key),
-      [](const toml::node& node) -> std::optional<std::vector<const toml::table*>> {
-        const toml::array* items = node.as_array();
-        std::vector<const toml::table*> tables;
-        for (std::size_t i = 0; items != nullptr && i < items->size(); ++i)
-          tables.push_back((*items)[i].as_table());
-        if (tables.empty() || std::find(tables.begin(), tables.end(), nullptr) != tables.end())
-          return std::nullopt;
-        return tables;
-      });
+using Tables = std::vector<const toml::table*>;
+
+/// The tables of [[key]], which must be there unless the scene has a base.
+Tables tables_of(CheckedTable& table, std::string_view key, bool has_base) {
+  const std::string allowed = fmt::format("at least one table [[{}]]", key);
+  const auto read = [](const toml::node& node) -> std::optional<Tables> {
+    const toml::array* items = node.as_array();
+    Tables tables;
+    for (std::size_t i = 0; items != nullptr && i < items->size(); ++i)
+      tables.push_back((*items)[i].as_table());
+    if (tables.empty() || std::find(tables.begin(), tables.end(), nullptr) != tables.end())
+      return std::nullopt;
+    return tables;
+  };
+  return has_base ? table.find(key, allowed, read).value_or(Tables{})
+                  : table.need(key, allowed, read);
 }
 
 void refuse_equal_names(const CheckedTable& table, const stages::Scene& scene) {
@@ -197,6 +212,17 @@ std::string name_from(const std::filesystem::path& file) {
   return plain_name(stem).value_or("scene");
 }
 
+/// The objects and stations that a scene begins with: those of its base, if it names one.
+stages::Scene read_base(CheckedTable& table, const std::filesystem::path& folder) {
+  const auto base = table.find("base", "the path of a scene, a .toml file", any_text);
+  if (!base) return {};
+  const std::filesystem::path file = folder / *base;
+  const std::string text = formats::read_toml_text(file);
+  if (formats::parse_toml(text, file.string()).contains("base"))
+    table.refuse("base: " + file.string() + " has a base itself");
+  return parse_scene(text, file).scene;
+}
+
 }  // namespace
 
 SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) {
@@ -204,13 +230,14 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) 
   CheckedTable table(root, file, "");
   SceneFile scene;
   scene.name = table.find("name", kNames, plain_name).value_or(name_from(file));
-  const auto output = table.find("output", "a table [output]", [](const toml::node& node) {
-    return node.is_table() ? std::optional(node.as_table()) : std::nullopt;
-  });
-  const auto objects = tables_of(table, "object");
-  const auto stations = tables_of(table, "station");
+  const auto output = table.find("output", "a table [output]", any_table);
+  const auto effects = table.find("effects", "a table [effects]", any_table);
+  scene.scene = read_base(table, file.parent_path());
+  const auto objects = tables_of(table, "object", table.has("base"));
+  const auto stations = tables_of(table, "station", table.has("base"));
   table.finish();
   if (output) read_output({**output, file, "output"}, scene);
+  if (effects) scene.effects = read_effects(**effects, file);
   for (std::size_t i = 0; i < objects.size(); ++i)
     read_object({*objects[i], file, fmt::format("object {}", i + 1)}, file.parent_path(),
                 scene.scene);

@@ -102,18 +102,6 @@ std::optional<ReadShape> shape_named(const toml::node& node) {
   return std::nullopt;
 }
 
-std::optional<stages::Rgb> color(const toml::node& node) {
-  const toml::array* items = node.as_array();
-  if (items == nullptr || items->size() != 3) return std::nullopt;
-  stages::Rgb result{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto value = whole_number((*items)[i], 0, 255);
-    if (!value) return std::nullopt;
-    result[i] = static_cast<std::uint8_t>(*value);
-  }
-  return result;
-}
-
 std::optional<stages::Pattern> pattern(const toml::node& node) {
   const auto name = any_text(node);
   if (name == "plain") return stages::Pattern::kPlain;
@@ -130,13 +118,24 @@ ShapePtr read_shape(CheckedTable& table, const std::filesystem::path& folder) {
   return read(table, folder);
 }
 
+std::optional<stages::Rgb> any_color(const toml::node& node) {
+  const toml::array* items = node.as_array();
+  if (items == nullptr || items->size() != 3) return std::nullopt;
+  stages::Rgb result{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto value = whole_number((*items)[i], 0, 255);
+    if (!value) return std::nullopt;
+    result[i] = static_cast<std::uint8_t>(*value);
+  }
+  return result;
+}
+
 stages::Paint read_paint(CheckedTable& table) {
-  constexpr std::string_view kColor = "three whole numbers from 0 to 255: [red, green, blue]";
   stages::Paint paint;
-  paint.first = table.find("color", kColor, color).value_or(paint.first);
+  paint.first = table.find("color", kColor, any_color).value_or(paint.first);
   paint.pattern =
       table.find("pattern", "plain, checker or gradient", pattern).value_or(paint.pattern);
-  const auto second = table.find("color2", kColor, color);
+  const auto second = table.find("color2", kColor, any_color);
   const auto size = table.find("pattern_size", "a length above 0", positive_number);
   if (second && paint.pattern == stages::Pattern::kPlain)
     table.refuse("color2 asks for a pattern: checker or gradient");

@@ -14,4 +14,8 @@ stages::ShapePtr read_shape(CheckedTable& table, const std::filesystem::path& fo
 /// Asks for color, color2, pattern and pattern_size.
 stages::Paint read_paint(CheckedTable& table);
 
+/// A reader of nodes like those of checked_table.h, and what it allows.
+std::optional<stages::Rgb> any_color(const toml::node& node);
+inline constexpr std::string_view kColor = "three whole numbers from 0 to 255: [red, green, blue]";
+
 }  // namespace cairn::pipeline

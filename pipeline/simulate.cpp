@@ -69,7 +69,8 @@ void write_text_file(const fs::path& path, const std::string& text) {
 std::string poses_text(const SceneFile& scene, const SimulateReport& report) {
   std::string text = "scan\ttx\tty\ttz\tqw\tqx\tqy\tqz\n";
   for (std::size_t i = 0; i < report.stations.size(); ++i) {
-    const stages::Station& station = scene.scene.stations[i];
+    const stages::Station station =
+        stages::StationEffects(scene.effects, i).recorded(scene.scene.stations[i]);
     const auto& [x, y, z] = station.position;
     const auto& [qw, qx, qy, qz] = station.turn;
     text += fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\n", report.stations[i].file, x, y, z, qw,
@@ -89,20 +90,25 @@ std::string campaign_text(const SceneFile& scene, const SimulateReport& report,
   return text + "output = " + nlohmann::json("../" + name + ".cairn").dump() + "\n";
 }
 
-StationReport simulate_station(const SceneFile& scene, const stages::Station& station,
+StationReport simulate_station(const SceneFile& scene, std::size_t number,
                                const stages::Context& context, const fs::path& folder) {
+  const stages::Station& station = scene.scene.stations[number];
+  const stages::StationEffects effects(scene.effects, number);
   StationReport report{.station = station.name,
                        .file = station.name + "." + scene.format,
                        .columns = station.raster.columns,
                        .rows = station.raster.rows,
                        .rays = station.raster.rays()};
   const auto description =
-      stages::describe_station(station, scene.frame, /*steps=*/scene.format == "las");
+      stages::describe_station(effects.recorded(station), scene.frame,
+                               /*steps=*/scene.format == "las", effects.most_echoes());
   const auto writer =
-      formats::create_scan_writer(folder / report.file, description, station.raster.rays());
-  report.points =
-      stages::scan_station(context, scene.scene.objects, station, scene.frame, description,
+      formats::create_scan_writer(folder / report.file, description, description.claimed_points);
+  const stages::ScanCounts counts =
+      stages::scan_station(context, scene.scene.objects, station, effects, scene.frame, description,
                            [&](const formats::PointBlock& block) { writer->write(block); });
+  report.points = counts.points;
+  report.effect_calls = counts.effect_calls;
   if (report.points == 0)
     formats::throw_input({.what = "no ray of " + station.name + " hits anything",
                           .expected = "an object within its max_range and its raster"});
@@ -132,15 +138,15 @@ SimulateReport simulate(const SceneFile& scene_file, const SimulateOptions& opti
                                 .make_array = {},
                                 .progress = progress,
                                 .stop = stop};
-  if (options.points) stages::scale_to_points(context, *options.points, scene.scene);
+  if (options.points) stages::scale_to_points(context, *options.points, scene.effects, scene.scene);
   const LockedFolder work(output.string() + ".work", "simulation of " + output.string());
   const fs::path folder = make_folder(work.path() / "campaign");
   std::uint64_t rays = 0;
   for (const stages::Station& station : scene.scene.stations) rays += station.raster.rays();
   if (progress != nullptr) progress->begin("simulate", rays);
   SimulateReport report;
-  for (const stages::Station& station : scene.scene.stations)
-    report.stations.push_back(simulate_station(scene, station, context, folder));
+  for (std::size_t i = 0; i < scene.scene.stations.size(); ++i)
+    report.stations.push_back(simulate_station(scene, i, context, folder));
   if (progress != nullptr) progress->end();
   write_text_file(folder / kPoses, poses_text(scene, report));
   write_text_file(folder / kCampaign, campaign_text(scene, report, output.filename().string()));

@@ -25,6 +25,7 @@ struct StationReport {
   std::string file;
   std::uint64_t columns = 0, rows = 0;
   std::uint64_t rays = 0, points = 0, bytes = 0;
+  stages::EffectCalls effect_calls{};
 };
 
 struct SimulateReport {

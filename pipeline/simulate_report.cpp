@@ -16,8 +16,27 @@ StationReport sum_of(const SimulateReport& report) {
     sum.rays += station.rays;
     sum.points += station.points;
     sum.bytes += station.bytes;
+    for (std::size_t i = 0; i < stages::kEffects; ++i)
+      sum.effect_calls[i] += station.effect_calls[i];
   }
   return sum;
+}
+
+/// A line of the effects that were called; nothing of an ideal scanner.
+std::string effects_line(const stages::EffectCalls& calls) {
+  std::string line;
+  for (std::size_t i = 0; i < stages::kEffects; ++i)
+    if (calls[i] > 0)
+      line += fmt::format("{} {} {}", line.empty() ? "  calls of effects:" : ",",
+                          stages::kEffectNames[i], with_commas(calls[i]));
+  return line.empty() ? line : line + "\n";
+}
+
+nlohmann::ordered_json effects_json(const stages::EffectCalls& calls) {
+  auto json = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < stages::kEffects; ++i)
+    json[std::string(stages::kEffectNames[i])] = calls[i];
+  return json;
 }
 
 std::string row(const StationReport& station, std::size_t width, const std::string& raster) {
@@ -39,12 +58,12 @@ std::string simulate_text(const SimulateReport& report, const std::filesystem::p
   for (const StationReport& station : report.stations)
     text += row(station, width, fmt::format("{} x {}", station.columns, station.rows));
   if (report.stations.size() > 1) text += row(sum, width, "");
-  return text +
-         fmt::format("  {:.1f} % of {} hit something; {}, {:.1f} M rays/s\n  cairn build {}\n",
-                     100 * static_cast<double>(sum.points) / static_cast<double>(sum.rays),
-                     count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
-                     static_cast<double>(sum.rays) / report.elapsed_s / 1e6,
-                     printable((output / "campaign.toml").string()));
+  text += effects_line(sum.effect_calls);
+  return text + fmt::format("  {:.3f} points a ray; {} in {}, {:.1f} M rays/s\n  cairn build {}\n",
+                            static_cast<double>(sum.points) / static_cast<double>(sum.rays),
+                            count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
+                            static_cast<double>(sum.rays) / report.elapsed_s / 1e6,
+                            printable((output / "campaign.toml").string()));
 }
 
 std::string simulate_json(const SimulateReport& report, const std::filesystem::path& output) {
@@ -57,13 +76,15 @@ std::string simulate_json(const SimulateReport& report, const std::filesystem::p
                         {"rows", station.rows},
                         {"rays", station.rays},
                         {"points", station.points},
-                        {"bytes", station.bytes}});
+                        {"bytes", station.bytes},
+                        {"effect_calls", effects_json(station.effect_calls)}});
   const StationReport sum = sum_of(report);
   const Json json{{"output", output.string()},
                   {"campaign", (output / "campaign.toml").string()},
                   {"rays", sum.rays},
                   {"points", sum.points},
                   {"bytes", sum.bytes},
+                  {"effect_calls", effects_json(sum.effect_calls)},
                   {"elapsed_s", report.elapsed_s},
                   {"stations", std::move(stations)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -1,4 +1,4 @@
-// `cairn simulate`: scans of a described scene, as an ideal scanner would make them.
+// `cairn simulate`: scans of a described scene, as an ideal scanner would make them or one with effects.
 #include "pipeline/simulate.h"
 
 #include <CLI/CLI.hpp>
@@ -12,15 +12,17 @@
 namespace cairn::pipeline {
 namespace {
 
-constexpr const char* kAbout = "Scan a described scene with an ideal simulated scanner.";
+constexpr const char* kAbout = "Scan a described scene with a simulated scanner.";
 constexpr const char* kFooter =
     "Makes a folder with a scan a station, poses.tsv and campaign.toml. Every point lies exactly "
     "on a surface of\n"
-    "the scene and has its normal, its color and the cosine of incidence as intensity. The same "
-    "scene gives the\n"
-    "same bytes on every run and any number of threads. The keys of scenes are told in README.md, "
-    "examples are\n"
-    "in configs/scenes/.\n"
+    "the scene and has its normal, its color and the cosine of incidence as intensity, unless the "
+    "scene's table\n"
+    "[effects] names what real scanners do: noise, dropouts, exposure and more. The same scene "
+    "gives the same\n"
+    "bytes on every run and any number of threads. The keys of scenes and effects are told in "
+    "README.md,\n"
+    "examples are in configs/scenes/.\n"
     "\n"
     "Examples:\n"
     "  cairn simulate configs/scenes/statue.toml -o statue\n"

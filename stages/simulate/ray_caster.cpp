@@ -27,11 +27,17 @@ struct Target {
   Box extent;
 };
 
+struct Candidate {
+  double distance;
+  std::uint32_t object, piece;
+};
+
 /// What Embree hands through to the call-backs of one ray; the context comes first, as it asks for.
 struct Cast {
   RTCIntersectContext context;
   Vector3 direction;
-  Hit best;
+  const Vector3* start;  ///< from the origin of the hierarchy; nullptr: there
+  Candidate best;
 };
 
 float rounded_down(double value) {
@@ -63,13 +69,19 @@ void put_bounds(const RTCBoundsFunctionArguments* arguments) {
   bounds.upper_z = rounded_up(middle[2] + reach[2]);
 }
 
+/// Of a ray, in the frame of the target's object.
+Vector3 origin_of(const Target& target, const Vector3* start) {
+  if (start == nullptr) return target.origin;
+  return target.origin + formats::multiply(target.to_object, *start);
+}
+
 void meet_piece(const RTCIntersectFunctionNArguments* arguments) {
   if (arguments->valid[0] == 0) return;
   const auto& target = *static_cast<const Target*>(arguments->geometryUserPtr);
   Cast& cast = *reinterpret_cast<Cast*>(arguments->context);
-  const Ray ray{target.origin, formats::multiply(target.to_object, cast.direction)};
+  const Ray ray{origin_of(target, cast.start), formats::multiply(target.to_object, cast.direction)};
   const double distance = target.object->shape->intersect(arguments->primID, ray);
-  Hit& best = cast.best;
+  Candidate& best = cast.best;
   if (!(distance <= best.distance)) return;
   const bool earlier = arguments->geomID < best.object ||
                        (arguments->geomID == best.object && arguments->primID < best.piece);
@@ -142,11 +154,18 @@ RayCaster::RayCaster(const std::vector<SceneObject>& objects, const Vector3& ori
 
 RayCaster::~RayCaster() = default;
 
-std::optional<Hit> RayCaster::cast(const Vector3& direction, double max_range) const {
+std::optional<Hit> RayCaster::cast(const Vector3& direction, double max_range,
+                                   const Vector3* start) const {
   constexpr auto kNone = std::numeric_limits<std::uint32_t>::max();
-  Cast cast{.context = {}, .direction = direction, .best = {max_range, kNone, kNone, {}, {}}};
+  Cast cast{
+      .context = {}, .direction = direction, .start = start, .best = {max_range, kNone, kNone}};
   rtcInitIntersectContext(&cast.context);
   RTCRayHit ray{};
+  if (start != nullptr) {
+    ray.ray.org_x = static_cast<float>((*start)[0]);
+    ray.ray.org_y = static_cast<float>((*start)[1]);
+    ray.ray.org_z = static_cast<float>((*start)[2]);
+  }
   ray.ray.dir_x = static_cast<float>(direction[0]);
   ray.ray.dir_y = static_cast<float>(direction[1]);
   ray.ray.dir_z = static_cast<float>(direction[2]);
@@ -154,17 +173,18 @@ std::optional<Hit> RayCaster::cast(const Vector3& direction, double max_range) c
   ray.ray.mask = ~0U;
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(hierarchy_->scene, &cast.context, &ray);
-  Hit& hit = cast.best;
-  if (hit.object == kNone) return std::nullopt;
-  const Target& target = hierarchy_->targets[hit.object];
+  const Candidate& best = cast.best;
+  if (best.object == kNone) return std::nullopt;
+  const Target& target = hierarchy_->targets[best.object];
   const SceneObject& object = *target.object;
   const Vector3 along = formats::multiply(target.to_object, direction);
-  const Vector3 point = target.origin + along * hit.distance;
-  const Vector3 outwards = object.shape->normal(hit.piece, point);
-  hit.color = color_at(object.paint, target.extent, point, outwards);
-  hit.normal =
-      formats::multiply(object.pose.linear, dot(outwards, along) > 0 ? outwards * -1 : outwards);
-  return hit;
+  const Vector3 point = origin_of(target, start) + along * best.distance;
+  const Vector3 outwards = object.shape->normal(best.piece, point);
+  return Hit{.distance = best.distance,
+             .object = &object,
+             .normal = formats::multiply(object.pose.linear,
+                                         dot(outwards, along) > 0 ? outwards * -1 : outwards),
+             .color = color_at(object.paint, target.extent, point, outwards)};
 }
 
 }  // namespace cairn::stages

@@ -13,8 +13,7 @@ namespace cairn::stages {
 /// What a ray hit, in world axes.
 struct Hit {
   double distance = kNoHit;
-  std::uint32_t object = 0;
-  std::uint32_t piece = 0;
+  const SceneObject* object = nullptr;
   Vector3 normal{};  ///< of length 1, facing the origin of the ray
   Rgb color{};
 };
@@ -32,8 +31,10 @@ class RayCaster {
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  /// The nearest hit no farther than `max_range` along a direction of length 1, in world axes. Any thread.
-  std::optional<Hit> cast(const Vector3& direction, double max_range) const;
+  /// The nearest hit no farther than `max_range` along a direction of length 1, in world axes, of a ray that starts
+  /// at `start` from the origin, or there if that is nullptr. (Candidates are chosen to about 1e-7 of that way.) Any thread.
+  std::optional<Hit> cast(const Vector3& direction, double max_range,
+                          const Vector3* start = nullptr) const;
 
  private:
   struct Hierarchy;

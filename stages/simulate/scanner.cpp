@@ -12,7 +12,7 @@
 #include "formats/scans/resize_block.h"
 #include "stages/parallel.h"
 #include "stages/simulate/angles.h"
-#include "stages/simulate/ray_caster.h"
+#include "stages/simulate/station_view.h"
 
 namespace cairn::stages {
 namespace {
@@ -26,33 +26,32 @@ static_assert(kPieceRays <= formats::kBlockPoints);
 /// Enough to estimate the share of hits.
 constexpr double kCoarseRays = 20000;
 
-constexpr std::size_t kNormal = 0, kIntensity = 1, kColor = 2;  // in the schema
+/// In the schema; the last two if a beam may have several echoes.
+constexpr std::size_t kNormal = 0, kIntensity = 1, kColor = 2, kReturnNumber = 3, kReturnCount = 4;
 
-/// What the scanner measured of a hit, in the station's frame.
-struct Echo {
-  double range;
-  Vector3 direction;
-  Vector3 normal;
-  double incidence_cosine;
-  Rgb color;
+/// The points of some rays, and what making them took.
+struct Piece {
+  PointBlock block;
+  EffectCalls effect_calls{};
 };
 
 class StationScan {
  public:
-  StationScan(const std::vector<SceneObject>& objects, const Station& station, ScanFrame frame,
-              const ScanInfo& description)
+  StationScan(const std::vector<SceneObject>& objects, const Station& station,
+              const StationEffects& effects, ScanFrame frame, const ScanInfo& description)
       : station_(station),
+        effects_(effects),
         frame_(frame),
         description_(description),
-        pose_(station.pose()),
-        to_station_(formats::transposed(pose_.linear)),
-        caster_(objects, station.position) {
+        recorded_pose_(effects.recorded(station).pose()),
+        view_(objects, station, effects) {
     for (std::uint64_t row = 0; row < station.raster.rows; ++row)
       elevations_.push_back(sine_cosine(station.raster.elevation(row)));
   }
 
-  /// The hits of the rays from `first` on.
-  std::unique_ptr<PointBlock> scan(std::uint64_t first, std::uint64_t count) const {
+  /// What comes of the rays from `first` on.
+  std::unique_ptr<Piece> scan(std::uint64_t first, std::uint64_t count) const {
+    auto piece = std::make_unique<Piece>();
     std::vector<Echo> echoes;
     echoes.reserve(count);
     const std::uint64_t rows = station_.raster.rows;
@@ -61,30 +60,26 @@ class StationScan {
       const std::uint64_t column = ray / rows, row = ray % rows;
       if (ray == first || row == 0) azimuth = sine_cosine(station_.raster.azimuth(column));
       const SineCosine& elevation = elevations_[row];
-      measure({elevation.cosine * azimuth.cosine, elevation.cosine * azimuth.sine, elevation.sine},
-              echoes);
+      const Vector3 direction{elevation.cosine * azimuth.cosine, elevation.cosine * azimuth.sine,
+                              elevation.sine};
+      RayEchoes of_ray(echoes);
+      if (const auto echo = view_.look(ray, direction)) of_ray.add(*echo);
+      if (effects_.change_echoes())
+        effects_.apply({ray, direction, station_.max_range, view_}, of_ray, piece->effect_calls);
     }
-    auto block = std::make_unique<PointBlock>();
-    formats::resize_block(description_.schema, description_.encoding, echoes.size(), *block);
-    for (std::size_t i = 0; i < echoes.size(); ++i) record(echoes[i], i, *block);
-    return block;
+    PointBlock& block = piece->block;
+    formats::resize_block(description_.schema, description_.encoding, echoes.size(), block);
+    for (std::size_t i = 0; i < echoes.size(); ++i) record(echoes[i], i, block);
+    return piece;
   }
 
  private:
-  void measure(const Vector3& direction, std::vector<Echo>& echoes) const {
-    const Vector3 in_world = formats::multiply(pose_.linear, direction);
-    const auto hit = caster_.cast(in_world, station_.max_range);
-    if (!hit) return;
-    echoes.push_back({hit->distance, direction, formats::multiply(to_station_, hit->normal),
-                      std::clamp(-dot(hit->normal, in_world), 0.0, 1.0), hit->color});
-  }
-
   void record(const Echo& echo, std::size_t i, PointBlock& block) const {
     Vector3 point = echo.direction * echo.range;
     Vector3 normal = echo.normal;
     if (frame_ == ScanFrame::kWorld) {
-      point = formats::place(pose_, point);
-      normal = formats::multiply(pose_.linear, normal);
+      point = formats::place(recorded_pose_, point);
+      normal = formats::multiply(recorded_pose_.linear, normal);
     }
     if (description_.encoding == formats::PositionEncoding::kSteps)
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -96,19 +91,27 @@ class StationScan {
       formats::store_le(block.columns[kNormal].data() + (3 * i + axis) * sizeof(float),
                         static_cast<float>(normal[axis]));
     formats::store_le(block.columns[kIntensity].data() + i * sizeof(std::uint16_t),
-                      static_cast<std::uint16_t>(std::lround(65535 * echo.incidence_cosine)));
+                      static_cast<std::uint16_t>(std::lround(65535 * echo.intensity)));
     for (std::size_t channel = 0; channel < 3; ++channel)
       block.columns[kColor][3 * i + channel] = std::byte{echo.color[channel]};
+    if (description_.schema.size() <= kReturnNumber) return;
+    block.columns[kReturnNumber][i] = std::byte{echo.return_number};
+    block.columns[kReturnCount][i] = std::byte{echo.return_count};
   }
 
   const Station& station_;
+  const StationEffects& effects_;
   ScanFrame frame_;
   const ScanInfo& description_;
-  formats::Pose pose_;
-  std::array<Vector3, 3> to_station_;  ///< rotation from world axes to the station's
-  RayCaster caster_;
+  formats::Pose recorded_pose_;  ///< in which points are placed
+  StationView view_;
   std::vector<SineCosine> elevations_;
 };
+
+void add(const Piece& piece, ScanCounts& counts) {
+  counts.points += piece.block.count;
+  for (std::size_t i = 0; i < kEffects; ++i) counts.effect_calls[i] += piece.effect_calls[i];
+}
 
 Raster scaled(const Raster& raster, double factor) {
   const auto count = [&](std::uint64_t cells) {
@@ -123,16 +126,18 @@ Raster scaled(const Raster& raster, double factor) {
 
 /// How many points a station will give, from a coarse scan.
 double estimated_points(const Context& context, const std::vector<SceneObject>& objects,
-                        const Station& station) {
+                        const Station& station, const StationEffects& effects) {
   Station coarse = station;
   const auto rays = static_cast<double>(station.raster.rays());
   coarse.raster = scaled(station.raster, std::min(1.0, std::sqrt(kCoarseRays / rays)));
   Context quiet = context;
   quiet.progress = nullptr;
-  const std::uint64_t hits =
-      scan_station(quiet, objects, coarse, ScanFrame::kSensor,
-                   describe_station(coarse, ScanFrame::kSensor, false), [](const PointBlock&) {});
-  return rays * static_cast<double>(hits) / static_cast<double>(coarse.raster.rays());
+  const std::uint64_t points =
+      scan_station(quiet, objects, coarse, effects, ScanFrame::kSensor,
+                   describe_station(coarse, ScanFrame::kSensor, false, effects.most_echoes()),
+                   [](const PointBlock&) {})
+          .points;
+  return rays * static_cast<double>(points) / static_cast<double>(coarse.raster.rays());
 }
 
 /// A power of ten that counts `reach` in an int32.
@@ -144,7 +149,8 @@ double step_for(double reach) {
 
 }  // namespace
 
-ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps) {
+ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps,
+                          std::uint64_t most_echoes) {
   using formats::ReduceRule;
   using formats::ScalarType;
   ScanInfo info;
@@ -153,7 +159,11 @@ ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps) {
       {std::string(formats::attribute_name::kNormal), ScalarType::kF32, 3, ReduceRule::kNormal},
       {std::string(formats::attribute_name::kIntensity), ScalarType::kU16, 1, ReduceRule::kMean},
       {std::string(formats::attribute_name::kColor), ScalarType::kU8, 3, ReduceRule::kMean}};
-  info.claimed_points = info.present_points = station.raster.rays();
+  if (most_echoes > 1)
+    for (const auto name :
+         {formats::attribute_name::kReturnNumber, formats::attribute_name::kReturnCount})
+      info.schema.push_back({std::string(name), ScalarType::kU8, 1, ReduceRule::kNone});
+  info.claimed_points = info.present_points = station.raster.rays() * most_echoes;
   if (!steps) return info;
   info.encoding = formats::PositionEncoding::kSteps;
   info.scale.fill(step_for(station.max_range + 1));
@@ -163,15 +173,16 @@ ScanInfo describe_station(const Station& station, ScanFrame frame, bool steps) {
   return info;
 }
 
-std::uint64_t scan_station(const Context& context, const std::vector<SceneObject>& objects,
-                           const Station& station, ScanFrame frame, const ScanInfo& description,
-                           const formats::BlockSink& sink) {
-  std::uint64_t next = 0, points = 0;
+ScanCounts scan_station(const Context& context, const std::vector<SceneObject>& objects,
+                        const Station& station, const StationEffects& effects, ScanFrame frame,
+                        const ScanInfo& description, const formats::BlockSink& sink) {
+  std::uint64_t next = 0;
+  ScanCounts counts{.effect_calls = effects.other_calls(station.raster.rays())};
   const std::uint64_t rays = station.raster.rays();
   const unsigned threads = std::max(1U, context.threads);
   run_in_arena(threads, [&] {
-    const StationScan scan(objects, station, frame, description);
-    using Block = std::shared_ptr<PointBlock>;
+    const StationScan scan(objects, station, effects, frame, description);
+    using PiecePtr = std::shared_ptr<const Piece>;
     tbb::parallel_pipeline(std::size_t{4} * threads,
                            tbb::make_filter<void, std::uint64_t>(tbb::filter_mode::serial_in_order,
                                                                  [&](tbb::flow_control& flow) {
@@ -180,29 +191,32 @@ std::uint64_t scan_station(const Context& context, const std::vector<SceneObject
                                                                    next += kPieceRays;
                                                                    return first;
                                                                  }) &
-                               tbb::make_filter<std::uint64_t, Block>(
+                               tbb::make_filter<std::uint64_t, PiecePtr>(
                                    tbb::filter_mode::parallel,
-                                   [&](std::uint64_t first) -> Block {
+                                   [&](std::uint64_t first) -> PiecePtr {
                                      throw_if_stopped(context);
                                      const std::uint64_t count = std::min(kPieceRays, rays - first);
-                                     Block block = scan.scan(first, count);
+                                     PiecePtr piece = scan.scan(first, count);
                                      if (context.progress != nullptr)
                                        context.progress->advance(count);
-                                     return block;
+                                     return piece;
                                    }) &
-                               tbb::make_filter<Block, void>(tbb::filter_mode::serial_in_order,
-                                                             [&](const Block& block) {
-                                                               points += block->count;
-                                                               if (block->count > 0) sink(*block);
-                                                             }));
+                               tbb::make_filter<PiecePtr, void>(tbb::filter_mode::serial_in_order,
+                                                                [&](const PiecePtr& piece) {
+                                                                  add(*piece, counts);
+                                                                  if (piece->block.count > 0)
+                                                                    sink(piece->block);
+                                                                }));
   });
-  return points;
+  return counts;
 }
 
-void scale_to_points(const Context& context, std::uint64_t points, Scene& scene) {
+void scale_to_points(const Context& context, std::uint64_t points, const Effects& effects,
+                     Scene& scene) {
   double expected = 0;
-  for (const Station& station : scene.stations)
-    expected += estimated_points(context, scene.objects, station);
+  for (std::size_t i = 0; i < scene.stations.size(); ++i)
+    expected +=
+        estimated_points(context, scene.objects, scene.stations[i], StationEffects(effects, i));
   if (expected == 0) formats::throw_usage("the scene has nothing that a ray hits");
   const double factor = std::sqrt(static_cast<double>(points) / expected);
   for (Station& station : scene.stations) {

@@ -13,18 +13,17 @@ Quaternion about(std::size_t axis, double degrees) {
   return q;
 }
 
-/// First b, then a.
-Quaternion operator*(const Quaternion& a, const Quaternion& b) {
+}  // namespace
+
+Quaternion product(const Quaternion& a, const Quaternion& b) {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
           a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
           a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-}  // namespace
-
 Quaternion turned(double yaw, double pitch, double roll) {
-  return about(2, yaw) * about(1, -pitch) * about(0, roll);
+  return product(product(about(2, yaw), about(1, -pitch)), about(0, roll));
 }
 
 formats::Pose pose_at(const Vector3& position, const Quaternion& turn) {

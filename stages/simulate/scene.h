@@ -30,6 +30,9 @@ struct SceneObject {
   ShapePtr shape;
   formats::Pose pose;  ///< of the shape's frame in the world: a rotation and a translation
   Paint paint;
+  double leaf_area_density = 0;  ///< leaf area a unit of volume, for the effect foliage; 0: solid
+  Vector3 walk{};                ///< there and back, for the effect moving_objects; 0: none
+  double walk_time = 1;          ///< of there and back; above 0
 };
 
 /// Directions of the rays in the station's frame, in which x is azimuth 0, y azimuth 90 and z elevation 90
@@ -57,6 +60,8 @@ using Quaternion = std::array<double, 4>;
 
 /// Turns by `roll` about x, then raises x towards z by `pitch`, then turns by `yaw` about z; degrees.
 Quaternion turned(double yaw, double pitch, double roll);
+/// The turn `second` after `first`.
+Quaternion product(const Quaternion& second, const Quaternion& first);
 /// A frame that is turned so and stands at `position`.
 formats::Pose pose_at(const Vector3& position, const Quaternion& turn);
 

@@ -146,6 +146,49 @@ TEST_F(Simulate, ReportsEveryStationAsJson) {
             station.at("points").get<int>() + report.at("stations").at(1).at("points").get<int>());
 }
 
+/// The scene with a crown of foliage before it, and effects.
+const std::string kEffects = R"(
+[[object]]
+type = "sphere"
+position = [430998.0, 5809998.0, 54.0]
+radius = 1.2
+leaf_area_density = 1.5
+[effects.foliage]
+returns = 4
+[effects.registration_error]
+translation = 0.5
+rotation = 0.1
+)";
+
+TEST_F(Simulate, TellsCallsOfTheNamedEffectsAndNoneOfOthers) {
+  const auto calls = [&](const std::string& text) -> nlohmann::json {
+    const Outcome outcome = simulate({scene(text), "--json", "--force"});
+    return nlohmann::json::parse(outcome.out, nullptr, false).at("effect_calls");
+  };
+  const auto none = calls(kScene), some = calls(kScene + kEffects);
+  for (const auto& [name, count] : none.items()) EXPECT_EQ(count, 0) << name;
+  for (const auto& [name, count] : some.items())
+    EXPECT_EQ(count, name == "foliage" ? 90'000 : name == "registration_error" ? 2 : 0) << name;
+  EXPECT_THAT(simulate({scene(kScene + kEffects), "--force"}).out,
+              HasSubstr("calls of effects: registration_error 2, foliage 90,000\n"));
+}
+
+TEST_F(Simulate, AMisplacedCampaignWithSeveralReturnsIsBuiltAndProved) {
+  for (const std::string frame : {"sensor", "world"})
+    for (const std::string format : {"ply", "las"}) {
+      const std::string text = "[output]\nframe = \"" + frame + "\"\n" + kScene + kEffects;
+      ASSERT_EQ(simulate({scene(text), "--format", format, "--force"}).exit_code, 0);
+      const formats::PoseFile poses(folder_ / "site/poses.tsv");
+      const double told = poses.find(folder_ / ("site/first." + format)).pose.translation[0];
+      EXPECT_NE(told, 431000);
+      EXPECT_NEAR(told, 431000, 4 * 0.5);
+      const std::string config = campaign() + "/campaign.toml";
+      ASSERT_EQ(cairn({"build", config, "--progress", "none", "--force"}).exit_code, 0);
+      EXPECT_EQ(cairn({"verify", output(), "--progress", "none", "--against", config}).exit_code,
+                0);
+    }
+}
+
 TEST_F(Simulate, KeepsWhatIsThereUnlessForced) {
   ASSERT_EQ(simulate({scene()}).exit_code, 0);
   const auto before = contents();

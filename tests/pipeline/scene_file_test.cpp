@@ -66,9 +66,11 @@ TEST(SceneFile, ObjectsAndStationsRepeat) {
 }
 
 TEST(SceneFile, RefusalsNameFileLineTableKeyAndWhatIsAllowed) {
-  EXPECT_EQ(refusal(kObject + "radios = 1\n" + kStation),
-            "site.toml, line 4: object 1: unknown key 'radios'; keys are type, radius, color, "
-            "pattern, color2, pattern_size, position, rotation, repeat, repeat_step");
+  EXPECT_EQ(
+      refusal(kObject + "radios = 1\n" + kStation),
+      "site.toml, line 4: object 1: unknown key 'radios'; keys are type, radius, color, "
+      "pattern, color2, pattern_size, leaf_area_density, walk, walk_time, position, rotation, "
+      "repeat, repeat_step");
   EXPECT_EQ(refusal("[[object]]\ntype = \"sphere\"\nradius = -1\n" + kStation),
             "site.toml, line 3: object 1: radius: found -1, expected a length above 0");
   EXPECT_THAT(refusal("[[object]]\ntype = \"torus\"\n" + kStation),
@@ -122,6 +124,53 @@ TEST(SceneFile, RefusesImpossibleValues) {
       HasSubstr("two stations have the name station_02"));
 }
 
+TEST(SceneFile, NamesEffects) {
+  EXPECT_TRUE(parse_scene(kObject + kStation, "a.toml").effects.of_echoes.empty());
+  const SceneFile scene = parse_scene(R"(
+[effects]
+seed = 9
+range_noise = {base = 0.002, per_length = 1e-5}
+registration_error = {translation = 0.01, rotation = 0.02}
+[effects.dust]
+mean_free_path = 300
+color = [1, 2, 3]
+)" + kObject + kStation,
+                                      "a.toml");
+  EXPECT_EQ(scene.effects.seed, 9U);
+  ASSERT_TRUE(scene.effects.registration_error.has_value());
+  EXPECT_EQ(scene.effects.registration_error->translation, 0.01);
+  EXPECT_EQ(scene.effects.registration_error->rotation, 0.02);
+  ASSERT_EQ(scene.effects.of_echoes.size(), 2U);
+  EXPECT_EQ(scene.effects.of_echoes[0].kind, stages::EffectKind::kDust);
+  EXPECT_EQ(scene.effects.of_echoes[1].kind, stages::EffectKind::kRangeNoise);
+}
+
+TEST(SceneFile, RefusesUnknownEffectsKeysAndImpossibleValues) {
+  const auto effects = [](const std::string& lines) {
+    return refusal("[effects]\n" + lines + "\n" + kObject + kStation);
+  };
+  EXPECT_THAT(effects("range_nose = {base = 1}"),
+              HasSubstr("site.toml, line 2: effects: unknown key 'range_nose'; keys are seed, "));
+  EXPECT_THAT(effects("[effects.dust]\nmean_free_path = 1\ncolour = [1, 2, 3]"),
+              HasSubstr("site.toml, line 4: effects.dust: unknown key 'colour'; keys are "
+                        "mean_free_path, color"));
+  EXPECT_THAT(
+      effects("[effects.outliers]\nshare = 1.5"),
+      HasSubstr("line 3: effects.outliers: share: found 1.5, expected a number from 0 to 1"));
+  EXPECT_THAT(effects("dropouts = {photons = 1}"),
+              HasSubstr("line 2: effects.dropouts: no key 'reference_range'"));
+  EXPECT_THAT(effects("exposure = 1"), HasSubstr("expected a table [effects.exposure]"));
+  EXPECT_THAT(refusal("effects = 1\n" + kObject + kStation), HasSubstr("a table [effects]"));
+  for (const std::string lines :
+       {"seed = -1", "seed = 1.5", "range_noise = {base = -1}",
+        "range_noise = {base = 1, per_length = -1}", "dust = {mean_free_path = 0}",
+        "angular_jitter = {azimuth = 91, elevation = 0}",
+        "intensity_falloff = {reference_range = 0}",
+        "registration_error = {translation = nan, rotation = 0}",
+        "exposure = {exposure = 11, white_balance = 0}"})
+    EXPECT_THAT(effects(lines), HasSubstr("site.toml, line 2: effects")) << lines;
+}
+
 TEST(SceneFile, MeshesLieBesideTheSceneAndAreScaled) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "meshes/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
@@ -132,9 +181,65 @@ TEST(SceneFile, MeshesLieBesideTheSceneAndAreScaled) {
   EXPECT_THROW(read_scene(folder / "none.toml"), formats::Error);
 }
 
+TEST(SceneFile, TakesObjectsAndStationsOfItsBaseBeforeItsOwn) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "base.toml",
+                   "[output]\nformat = \"las\"\n[effects]\nseed = 3\n" + kObject + kStation);
+  const SceneFile same = parse_scene("base = \"base.toml\"", folder / "same.toml");
+  EXPECT_EQ(same.name, "same");
+  EXPECT_EQ(same.format, "ply");
+  EXPECT_EQ(same.effects.seed, 0U);
+  EXPECT_EQ(same.scene.objects.size(), 1U);
+  EXPECT_EQ(same.scene.stations.size(), 1U);
+  const std::string more = "base = \"base.toml\"\n" + kObject + "position = [5, 0, 0]\n" + kStation;
+  const SceneFile both = parse_scene(more + "name = \"own\"\n", folder / "more.toml");
+  ASSERT_EQ(both.scene.objects.size(), 2U);
+  EXPECT_THAT(both.scene.objects[1].pose.translation, ElementsAre(5, 0, 0));
+  ASSERT_EQ(both.scene.stations.size(), 2U);
+  EXPECT_EQ(both.scene.stations[1].name, "own");
+}
+
+TEST(SceneFile, RefusesBasesThatCannotBe) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "a.toml", "base = \"a.toml\"");
+  try {
+    read_scene(folder / "a.toml");
+    FAIL();
+  } catch (const formats::Error& error) {
+    EXPECT_EQ(error.kind(), formats::ErrorKind::kUsage);
+    EXPECT_THAT(error.what(), HasSubstr("a.toml has a base itself"));
+  }
+  EXPECT_THAT(refusal("base = 3"), HasSubstr("site.toml, line 1: base"));
+  EXPECT_THROW(parse_scene("base = \"none.toml\"", folder / "b.toml"), formats::Error);
+}
+
+TEST(SceneFile, ReadsMarksOfObjects) {
+  const SceneFile scene = parse_scene(
+      kObject + "leaf_area_density = 0.7\nwalk = [1, 2, 3]\nwalk_time = 20\n" + kStation +
+          "[effects]\nfoliage = {returns = 3}\nmoving_objects = {scan_time = 9}\n"
+          "beam_divergence = {divergence = 0.02, resolution = 1}\n",
+      "a.toml");
+  const stages::SceneObject& object = scene.scene.objects[0];
+  EXPECT_EQ(object.leaf_area_density, 0.7);
+  EXPECT_THAT(object.walk, ElementsAre(1, 2, 3));
+  EXPECT_EQ(object.walk_time, 20);
+  EXPECT_EQ(scene.effects.moving_objects->scan_time, 9);
+  EXPECT_EQ(scene.effects.of_echoes.size(), 2U);
+  for (const std::string lines : {"leaf_area_density = 0\n", "walk = [1, 2, 3]\n",
+                                  "walk_time = 2\n", "walk = [1, 2, 3]\nwalk_time = 0\n"})
+    EXPECT_THAT(refusal(kObject + lines + kStation), HasSubstr("object 1")) << lines;
+  for (const std::string lines :
+       {"foliage = {returns = 16}", "foliage = {blocked = 0}", "moving_objects = {scan_time = 0}",
+        "beam_divergence = {divergence = 11, resolution = 1}",
+        "beam_divergence = {divergence = 1, resolution = 1, rays = 1}"})
+    EXPECT_THAT(refusal("[effects]\n" + lines + "\n" + kObject + kStation),
+                HasSubstr("site.toml, line 2: effects."))
+        << lines;
+}
+
 TEST(SceneFile, TheScenesOfTheProjectAreRead) {
   const auto scenes = test::files_in(CAIRN_SOURCE "/configs/scenes", ".toml");
-  EXPECT_EQ(scenes.size(), 3U);
+  EXPECT_EQ(scenes.size(), 7U);
   for (const auto& path : scenes) {
     const SceneFile scene = read_scene(path);
     EXPECT_EQ(scene.name, path.stem().string());

@@ -5,66 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <numbers>
 #include <string>
 
 #include "formats/error.h"
 #include "stages/parallel.h"
+#include "tests/stages/simulate/simulated_scan.h"
 
 namespace cairn::stages {
 namespace {
-
-struct Scan {
-  std::vector<Vector3> points;
-  std::vector<std::array<std::int32_t, 3>> steps;
-  std::vector<std::array<float, 3>> normals;
-  std::vector<std::uint16_t> intensities;
-  std::vector<Rgb> colors;
-  std::string bytes;  ///< all of these
-  std::uint64_t told = 0;
-};
-
-template <typename T>
-void append(std::vector<T>& to, const std::vector<std::byte>& bytes) {
-  const std::size_t before = to.size();
-  to.resize(before + bytes.size() / sizeof(T));
-  std::memcpy(to.data() + before, bytes.data(), bytes.size());
-}
-
-Scan scan(const std::vector<SceneObject>& objects, const Station& station, unsigned threads = 2,
-          ScanFrame frame = ScanFrame::kSensor, bool steps = false) {
-  const auto description = describe_station(station, frame, steps);
-  Scan result;
-  const Context context{.threads = threads, .memory_bytes = std::uint64_t{1} << 30};
-  result.told = scan_station(
-      context, objects, station, frame, description, [&](const formats::PointBlock& block) {
-        result.points.insert(result.points.end(), block.world.begin(), block.world.end());
-        result.steps.insert(result.steps.end(), block.steps.begin(), block.steps.end());
-        append(result.normals, block.columns[0]);
-        append(result.intensities, block.columns[1]);
-        append(result.colors, block.columns[2]);
-        result.bytes.append(reinterpret_cast<const char*>(block.world.data()),
-                            block.world.size() * sizeof(Vector3));
-        for (const auto& column : block.columns)
-          result.bytes.append(reinterpret_cast<const char*>(column.data()), column.size());
-      });
-  return result;
-}
-
-SceneObject object(ShapePtr shape, const Vector3& position, Rgb color = {1, 2, 3}) {
-  return {std::move(shape), pose_at(position, {1, 0, 0, 0}), {.first = color}};
-}
-
-Raster raster(std::uint64_t columns, std::uint64_t rows, double elevation_begin = -60,
-              double elevation_end = 60) {
-  Raster result;
-  result.columns = columns;
-  result.rows = rows;
-  result.elevation_begin = elevation_begin;
-  result.elevation_end = elevation_end;
-  return result;
-}
 
 TEST(Scanner, RaysGoThroughTheMiddlesOfTheRastersCellsColumnByColumn) {
   Station station{.name = "s", .position = {1, 2, 3}, .raster = raster(8, 5)};
@@ -101,7 +50,7 @@ TEST(Scanner, ATurnedStationTellsPointsInItsOwnFrameOrInTheWorld) {
   EXPECT_NEAR(own.normals[0][0], -std::cos(std::numbers::pi / 6), 1e-6);
   EXPECT_NEAR(own.normals[0][2], std::sin(std::numbers::pi / 6), 1e-6);
   EXPECT_EQ(own.intensities[0], std::lround(65535 * std::cos(std::numbers::pi / 6)));
-  const Scan world = scan(objects, station, 2, ScanFrame::kWorld);
+  const Scan world = scan(objects, station, {.frame = ScanFrame::kWorld});
   EXPECT_LT(length(world.points[0] - Vector3{10, 8, 5 + 8 * std::tan(std::numbers::pi / 6)}), 1e-9);
   EXPECT_NEAR(world.normals[0][1], -1, 1e-6);
 }
@@ -179,10 +128,10 @@ std::vector<SceneObject> many_objects() {
 TEST(Scanner, TheSameBytesOnAnyNumberOfThreadsAndEveryRun) {
   const auto objects = many_objects();
   Station station{.name = "s", .position = {0.1, 0.2, 0.3}, .raster = raster(700, 211, -60, 90)};
-  const Scan one = scan(objects, station, 1);
+  const Scan one = scan(objects, station, {.threads = 1});
   EXPECT_GT(one.points.size(), 100000U);
   for (const unsigned threads : {1U, 2U, 7U})
-    EXPECT_TRUE(scan(objects, station, threads).bytes == one.bytes) << threads;
+    EXPECT_TRUE(scan(objects, station, {.threads = threads}).bytes == one.bytes) << threads;
 }
 
 TEST(Scanner, TheHierarchyFindsWhatBruteForceFinds) {
@@ -210,8 +159,8 @@ TEST(Scanner, TheHierarchyFindsWhatBruteForceFinds) {
 TEST(Scanner, StepsAreTheCoordinatesRounded) {
   Station station{.name = "s", .position = {500000.25, 10, 3}, .raster = raster(50, 10)};
   const std::vector<SceneObject> objects{object(make_sphere(7), station.position)};
-  const Scan exact = scan(objects, station, 2, ScanFrame::kWorld);
-  const Scan rounded = scan(objects, station, 2, ScanFrame::kWorld, /*steps=*/true);
+  const Scan exact = scan(objects, station, {.frame = ScanFrame::kWorld});
+  const Scan rounded = scan(objects, station, {.frame = ScanFrame::kWorld, .steps = true});
   const auto description = describe_station(station, ScanFrame::kWorld, true);
   EXPECT_EQ(description.offset, (std::array<double, 3>{500000, 10, 3}));
   ASSERT_EQ(rounded.steps.size(), exact.points.size());
@@ -229,7 +178,7 @@ TEST(Scanner, RastersScaleToTheNumberOfPointsAskedFor) {
     scene.stations.push_back(
         {.name = "s", .position = {x, 0, 0}, .raster = raster(90, 60, -90, 90)});
   const Context context{.threads = 2};
-  scale_to_points(context, 200'000, scene);
+  scale_to_points(context, 200'000, {}, scene);
   std::uint64_t points = 0;
   for (const Station& station : scene.stations) points += scan(scene.objects, station).told;
   EXPECT_NEAR(static_cast<double>(points), 200'000, 8'000);
@@ -237,9 +186,9 @@ TEST(Scanner, RastersScaleToTheNumberOfPointsAskedFor) {
   EXPECT_NEAR(static_cast<double>(scene.stations[0].raster.columns) /
                   static_cast<double>(scene.stations[0].raster.rows),
               1.5, 0.01);
-  EXPECT_THROW(scale_to_points(context, 1'000'000'000'000, scene), formats::Error);
+  EXPECT_THROW(scale_to_points(context, 1'000'000'000'000, {}, scene), formats::Error);
   scene.objects[0].pose.translation = {0, 0, 500};
-  EXPECT_THROW(scale_to_points(context, 1000, scene), formats::Error);
+  EXPECT_THROW(scale_to_points(context, 1000, {}, scene), formats::Error);
 }
 
 TEST(Scanner, PatternsColourObjectsInTheirOwnFrames) {
@@ -262,7 +211,7 @@ TEST(Scanner, StopsWhenAsked) {
   stop.request_stop();
   Station station{.name = "s", .position = {}, .raster = raster(100, 100)};
   const Context context{.threads = 2, .progress = nullptr, .stop = stop.get_token()};
-  EXPECT_THROW(scan_station(context, {object(make_sphere(1), {})}, station, ScanFrame::kSensor,
+  EXPECT_THROW(scan_station(context, {object(make_sphere(1), {})}, station, {}, ScanFrame::kSensor,
                             describe_station(station, ScanFrame::kSensor, false),
                             [](const formats::PointBlock&) {}),
                Stopped);
