@@ -18,7 +18,7 @@ MAY_INCLUDE = {
     "viewer": {"formats", "viewer"},
     "pipeline": {"formats", "stages", "viewer", "pipeline"},
 }
-SHARED = {"context", "parallel"}
+SHARED = {"context", "node_path", "parallel"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 
 
