@@ -22,14 +22,14 @@ StationReport sum_of(const SimulateReport& report) {
   return sum;
 }
 
-/// A line of the effects that were called; nothing of an ideal scanner.
-std::string effects_line(const stages::EffectCalls& calls) {
-  std::string line;
+/// A line for each effect that was called; nothing of an ideal scanner.
+std::string effect_lines(const stages::EffectCalls& calls) {
+  std::string lines;
   for (std::size_t i = 0; i < stages::kEffects; ++i)
     if (calls[i] > 0)
-      line += fmt::format("{} {} {}", line.empty() ? "  calls of effects:" : ",",
-                          stages::kEffectNames[i], with_commas(calls[i]));
-  return line.empty() ? line : line + "\n";
+      lines += fmt::format("  effect {:<20} {:>15} calls\n", stages::kEffectNames[i],
+                           with_commas(calls[i]));
+  return lines;
 }
 
 nlohmann::ordered_json effects_json(const stages::EffectCalls& calls) {
@@ -58,7 +58,7 @@ std::string simulate_text(const SimulateReport& report, const std::filesystem::p
   for (const StationReport& station : report.stations)
     text += row(station, width, fmt::format("{} x {}", station.columns, station.rows));
   if (report.stations.size() > 1) text += row(sum, width, "");
-  text += effects_line(sum.effect_calls);
+  text += effect_lines(sum.effect_calls);
   return text + fmt::format("  {:.3f} points a ray; {} in {}, {:.1f} M rays/s\n  cairn build {}\n",
                             static_cast<double>(sum.points) / static_cast<double>(sum.rays),
                             count_of(sum.rays, "ray"), human_duration(report.elapsed_s),
