@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "formats/dataset/node_frame.h"
+
 namespace cairn::stages {
 
 using formats::Level;
@@ -19,6 +21,12 @@ std::vector<NodeId> nodes_down_to(const formats::Tree& tree, NodeId node) {
   while (formats::value_of(nodes.back()) != 0) nodes.push_back(tree.parent(nodes.back()));
   std::ranges::reverse(nodes);
   return nodes;
+}
+
+double displacement_of(const formats::DatasetReader& dataset, NodeId id) {
+  const bool leaf = dataset.tree().is_leaf(id);
+  return formats::NodeFrame::of(dataset.header(), leaf, dataset.record(id))
+      .displacement_bound(dataset.header().grid);
 }
 
 NodePath::NodePath(const formats::DatasetReader& dataset, const formats::SectionSet& wanted)

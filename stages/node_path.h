@@ -16,6 +16,9 @@ formats::Level level_of_subtrees(const formats::Tree& tree);
 /// The nodes from the root to `node`, both included.
 std::vector<formats::NodeId> nodes_down_to(const formats::Tree& tree, formats::NodeId node);
 
+/// No decoded point of the node is farther, in world units, than this from where it was before it was quantised.
+double displacement_of(const formats::DatasetReader& dataset, formats::NodeId id);
+
 class NodePath {
  public:
   /// `dataset` must outlive the path. Reads the sections `wanted`, and the representatives.

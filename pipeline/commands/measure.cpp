@@ -32,9 +32,7 @@ class MeasureCommand : public DatasetCommand {
  public:
   explicit MeasureCommand(CLI::App& program) : DatasetCommand(program, "measure", kAbout, kFooter) {
     parser_.add_flag("--json", json_, "as one JSON object");
-    parser_.add_option("--threads", threads_, "workers [one a processor]")
-        ->option_text("COUNT")
-        ->check(CLI::Range(1U, 1024U));
+    add_threads_flag(parser_, threads_);
     add_progress_flag(parser_, progress_);
   }
 

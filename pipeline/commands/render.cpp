@@ -14,6 +14,7 @@
 #include "formats/part_file.h"
 #include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/results.h"
+#include "pipeline/commands/setting_flags.h"
 #include "pipeline/commands/viewing_flags.h"
 #include "pipeline/frame_report.h"
 #include "pipeline/human.h"
@@ -68,9 +69,7 @@ class RenderCommand : public DatasetCommand {
     parser_.add_option("--stats", stats_, "what was done, as text or as one JSON object [text]")
         ->option_text("text|json")
         ->check(CLI::IsMember({"text", "json"}));
-    parser_.add_option("--threads", threads_, "workers [one a processor]")
-        ->option_text("COUNT")
-        ->check(CLI::Range(1U, 1024U));
+    add_threads_flag(parser_, threads_);
     parser_.add_flag("--force", force_, "replace an existing file");
   }
 

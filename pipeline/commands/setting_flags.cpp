@@ -46,6 +46,12 @@ void add_progress_flag(CLI::App& parser, std::string& mode) {
           std::vector<std::string>(kProgressModeNames.begin(), kProgressModeNames.end())));
 }
 
+void add_threads_flag(CLI::App& parser, unsigned& threads) {
+  parser.add_option("--threads", threads, "workers [one a processor]")
+      ->option_text("COUNT")
+      ->check(CLI::Range(1U, 1024U));
+}
+
 SettingLayer given_flags(const std::vector<Flag>& flags) {
   SettingLayer layer;
   for (const auto& [setting, option] : flags)

@@ -25,6 +25,10 @@ Flag declare_flag(CLI::App& parser, const Setting& setting);
 /// Adds --progress to a command that has no other setting in common with a build. `mode` must outlive the parser.
 void add_progress_flag(CLI::App& parser, std::string& mode);
 
+/// Adds --threads to a command that has no other setting in common with a build; `threads` holds the default, one a
+/// processor, and must outlive the parser.
+void add_threads_flag(CLI::App& parser, unsigned& threads);
+
 /// The values of those flags that were given.
 SettingLayer given_flags(const std::vector<Flag>& flags);
 

@@ -7,6 +7,7 @@
 
 #include "pipeline/commands/command.h"
 #include "pipeline/commands/results.h"
+#include "pipeline/commands/setting_flags.h"
 #include "pipeline/progress.h"
 
 namespace cairn::pipeline {
@@ -53,13 +54,8 @@ class SimulateCommand : public Command {
     parser_.add_flag("--force", options_.force,
                      "replace an existing campaign once the new one is complete");
     parser_.add_flag("--json", json_, "report as one JSON object");
-    parser_.add_option("--threads", options_.threads, "workers [one a processor]")
-        ->option_text("COUNT")
-        ->check(CLI::Range(1U, 1024U));
-    parser_.add_option("--progress", progress_, std::string(kProgressModeChoices) + " [auto]")
-        ->option_text("MODE")
-        ->check(CLI::IsMember(
-            std::vector<std::string>(kProgressModeNames.begin(), kProgressModeNames.end())));
+    add_threads_flag(parser_, options_.threads);
+    add_progress_flag(parser_, progress_);
   }
 
   CLI::App& parser() override { return parser_; }

@@ -43,9 +43,7 @@ class VerifyCommand : public DatasetCommand {
     for (const char* key : {"folder", "poses", "poses_tell", "allow_truncated", "columns"})
       flags_.push_back(declare_flag(parser_, *find_setting(key)));
     parser_.add_flag("--json", json_, "report as one JSON object");
-    parser_.add_option("--threads", threads_, "workers [one a processor]")
-        ->option_text("COUNT")
-        ->check(CLI::Range(1U, 1024U));
+    add_threads_flag(parser_, threads_);
     add_progress_flag(parser_, progress_);
   }
 

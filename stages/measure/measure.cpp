@@ -4,7 +4,6 @@
 #include <cmath>
 #include <mutex>
 
-#include "formats/dataset/node_frame.h"
 #include "formats/error.h"
 #include "stages/measure/attribute_error.h"
 #include "stages/measure/deviation.h"
@@ -38,11 +37,6 @@ formats::SectionSet sections_of(const std::vector<MeasuredAttribute>& attributes
   for (const MeasuredAttribute& measured : attributes)
     wanted.set(formats::kFirstAttributeSection + measured.index);
   return wanted;
-}
-
-double displacement_of(const DatasetReader& dataset, NodeId leaf) {
-  return formats::NodeFrame::of(dataset.header(), true, dataset.record(leaf))
-      .displacement_bound(dataset.header().grid);
 }
 
 /// What all subtrees add to, in any order.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/dataset/node_frame.h"
 #include "stages/node_path.h"
 #include "stages/parallel.h"
 #include "stages/verify/node_checks.h"
@@ -19,12 +18,6 @@ using formats::NodeRecord;
 
 /// For what is summed in doubles over many points, and for bounds that were rounded.
 constexpr double kSlack = 1e-9;
-
-double displacement_of(const DatasetReader& dataset, NodeId id) {
-  const bool leaf = dataset.tree().is_leaf(id);
-  return formats::NodeFrame::of(dataset.header(), leaf, dataset.record(id))
-      .displacement_bound(dataset.header().grid);
-}
 
 class Walk {
  public:

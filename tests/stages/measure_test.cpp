@@ -33,8 +33,8 @@ formats::DatasetHeader header_of(std::uint64_t points, std::uint32_t fanout) {
   return header;
 }
 
-long double vector_component(const NodeData& points, std::size_t attribute,
-                             const formats::Attribute& of, std::size_t i, std::size_t k) {
+long double component_of(const NodeData& points, std::size_t attribute,
+                         const formats::Attribute& of, std::size_t i, std::size_t k) {
   const std::size_t at = (i * of.components + k) * formats::size_bytes(of.type);
   return formats::load_scalar(points.attributes[attribute].data() + at, of.type);
 }
@@ -65,11 +65,11 @@ struct BruteForce {
           square += std::pow(step * (static_cast<long double>(points.position[i][k]) -
                                      static_cast<long double>(above.position[at][k])),
                              2.0L);
-          const long double a = vector_component(points, normal, schema[normal], i, k);
-          const long double b = vector_component(above, normal, schema[normal], at, k);
+          const long double a = component_of(points, normal, schema[normal], i, k);
+          const long double b = component_of(above, normal, schema[normal], at, k);
           dot += a * b, own += a * a, other += b * b;
-          differences.push_back(std::abs(vector_component(points, color, schema[color], i, k) -
-                                         vector_component(above, color, schema[color], at, k)));
+          differences.push_back(std::abs(component_of(points, color, schema[color], i, k) -
+                                         component_of(above, color, schema[color], at, k)));
         }
         distances.push_back(std::sqrt(square));
         if (own > 0 && other > 0)
