@@ -122,7 +122,7 @@ class Build {
 
   /// For the build that goes on.
   void keep_work() {
-    if (!journal_.has_units()) return;
+    if (!options_.resumable || !journal_.has_units()) return;
     workspace_.keep();
     tell_note("what is done is kept in " + workspace_.folder().string() +
               ": the same command goes on with it, --fresh starts over");

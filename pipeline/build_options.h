@@ -35,7 +35,8 @@ struct BuildOptions {
   unsigned threads = 0;            ///< 0: all
   std::optional<std::filesystem::path> scratch;
   bool force = false;
-  bool fresh = false;  ///< start over, whatever an earlier build of the output has done
+  bool fresh = false;     ///< start over, whatever an earlier build of the output has done
+  bool resumable = true;  ///< what an unfinished build has done stays, for the one that goes on
 };
 
 }  // namespace cairn::pipeline

@@ -68,6 +68,16 @@ std::optional<const toml::table*> any_table(const toml::node& node) {
   return node.is_table() ? std::optional(node.as_table()) : std::nullopt;
 }
 
+std::optional<Tables> some_tables(const toml::node& node) {
+  const toml::array* items = node.as_array();
+  Tables tables;
+  for (std::size_t i = 0; items != nullptr && i < items->size(); ++i)
+    tables.push_back((*items)[i].as_table());
+  if (tables.empty() || std::find(tables.begin(), tables.end(), nullptr) != tables.end())
+    return std::nullopt;
+  return tables;
+}
+
 std::optional<std::vector<double>> numbers(const toml::node& node) {
   const toml::array* items = node.as_array();
   if (items == nullptr) return std::nullopt;
@@ -92,6 +102,23 @@ std::optional<std::uint64_t> whole_number(const toml::node& node, std::uint64_t 
   const auto value = static_cast<std::uint64_t>(node.as_integer()->get());
   if (value < least || value > most) return std::nullopt;
   return value;
+}
+
+std::optional<std::string> plain_name(const toml::node& node) {
+  auto name = any_text(node);
+  const auto fits = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '.';
+  };
+  if (!name || name->empty() || name->size() > 100 || name->front() == '.' ||
+      !std::all_of(name->begin(), name->end(), fits))
+    return std::nullopt;
+  return name;
+}
+
+std::string plain_stem(const std::filesystem::path& file, const char* otherwise) {
+  const toml::value<std::string> stem(file.stem().string());
+  return plain_name(stem).value_or(otherwise);
 }
 
 }  // namespace cairn::pipeline

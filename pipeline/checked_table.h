@@ -69,10 +69,18 @@ std::optional<double> any_number(const toml::node& node);       ///< from -1e12 
 std::optional<double> positive_number(const toml::node& node);  ///< above 0, at most 1e12
 std::optional<std::string> any_text(const toml::node& node);
 std::optional<const toml::table*> any_table(const toml::node& node);
+using Tables = std::vector<const toml::table*>;
+std::optional<Tables> some_tables(const toml::node& node);  ///< an array of tables, one at least
 std::optional<std::vector<double>> numbers(const toml::node& node);  ///< an array of such
 std::optional<formats::Vector3> vector3(const toml::node& node);
 /// A whole number from `least` to `most`.
 std::optional<std::uint64_t> whole_number(const toml::node& node, std::uint64_t least,
                                           std::uint64_t most);
+
+/// A name that may become one of a file, and a word of a table.
+inline constexpr std::string_view kPlainName = "a name of letters, digits, '_', '-' and '.'";
+std::optional<std::string> plain_name(const toml::node& node);
+/// The stem of the file, if it can be such a name.
+std::string plain_stem(const std::filesystem::path& file, const char* otherwise);
 
 }  // namespace cairn::pipeline

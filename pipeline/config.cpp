@@ -5,6 +5,7 @@
 
 #include "formats/error.h"
 #include "formats/toml_text.h"
+#include "pipeline/config_table.h"
 #include "pipeline/words.h"
 
 namespace cairn::pipeline {
@@ -60,8 +61,16 @@ std::string allowed_in_file(const Setting& setting) {
   }
 }
 
-std::vector<std::string> values_of(const toml::node& node, const Setting& setting,
-                                   const std::string& origin) {
+}  // namespace
+
+const Setting& setting_of_key(std::string_view key, const std::string& where) {
+  const Setting* setting = find_setting(key);
+  if (setting == nullptr || setting->flag_only) refuse_key(where, key);
+  return *setting;
+}
+
+std::vector<std::string> setting_values(const toml::node& node, const Setting& setting,
+                                        const std::string& origin) {
   const toml::array* list = is_list(setting.kind) ? node.as_array() : nullptr;
   std::vector<const toml::node*> items;
   if (list != nullptr)
@@ -79,18 +88,15 @@ std::vector<std::string> values_of(const toml::node& node, const Setting& settin
   return values;
 }
 
-}  // namespace
-
 SettingLayer parse_config(std::string_view text, const std::string& name,
                           const std::filesystem::path& folder) {
   const toml::table table = formats::parse_toml(text, name);
   SettingLayer layer;
   for (const auto& [key, node] : table) {
     const std::string where = fmt::format("{}, line {}", name, key.source().begin.line);
-    const Setting* setting = find_setting(key.str());
-    if (setting == nullptr || setting->flag_only) refuse_key(where, key.str());
+    const Setting& setting = setting_of_key(key.str(), where);
     const std::string origin = fmt::format("{}: {}", where, key.str());
-    layer[std::string(key.str())] = {values_of(node, *setting, origin), origin, true, folder};
+    layer[std::string(key.str())] = {setting_values(node, setting, origin), origin, true, folder};
   }
   return layer;
 }

@@ -15,14 +15,19 @@
 #include "stages/context.h"
 
 namespace cairn::pipeline {
-namespace {
 
-std::vector<std::byte> index_checksum(const std::filesystem::path& dataset) {
+std::uint64_t dataset_checksum(const std::filesystem::path& dataset) {
   const formats::RandomAccessFile file(dataset / formats::dataset_file::kIndex);
   std::vector<std::byte> index(file.size_bytes());
   file.read_exactly(0, index);
+  return formats::checksum_of(index);
+}
+
+namespace {
+
+std::vector<std::byte> index_checksum(const std::filesystem::path& dataset) {
   std::vector<std::byte> checksum(sizeof(std::uint64_t));
-  formats::store_le(checksum.data(), formats::checksum_of(index));
+  formats::store_le(checksum.data(), dataset_checksum(dataset));
   return checksum;
 }
 

@@ -13,11 +13,13 @@
 #include "pipeline/compiled_in.h"
 #include "pipeline/json_number.h"
 #include "pipeline/memory_budget.h"
+#include "pipeline/run_json.h"
 
 namespace cairn::pipeline {
-namespace {
 
 using Json = nlohmann::ordered_json;
+
+namespace {
 
 std::string processor_name() {
   std::ifstream in("/proc/cpuinfo");
@@ -26,15 +28,6 @@ std::string processor_name() {
       if (const std::size_t colon = line.find(": "); colon != std::string::npos)
         return line.substr(colon + 2);
   return "unknown";
-}
-
-Json machine() {
-  utsname system{};
-  ::uname(&system);
-  return {{"processor", processor_name()},
-          {"processors", std::thread::hardware_concurrency()},
-          {"memory_bytes", machine_memory_bytes()},
-          {"system", std::string(system.sysname) + " " + system.release}};
 }
 
 std::string now_utc() {
@@ -58,29 +51,44 @@ Json stage_json(const StageTiming& stage) {
 
 }  // namespace
 
-void write_run_record(const std::filesystem::path& folder, const BuildReport& report) {
+Json machine_json() {
+  utsname system{};
+  ::uname(&system);
+  return {{"processor", processor_name()},
+          {"processors", std::thread::hardware_concurrency()},
+          {"memory_bytes", machine_memory_bytes()},
+          {"system", std::string(system.sysname) + " " + system.release}};
+}
+
+Json run_json(const BuildReport& report) {
   Json stages = Json::array();
   for (const StageTiming& stage : report.stages) stages.push_back(stage_json(stage));
-  const Json record{{"version", program_version()},
-                    {"finished", now_utc()},
-                    {"elapsed_s", report.elapsed_s},
-                    {"scans", report.scans},
-                    {"input_bytes", report.input_bytes},
-                    {"threads", report.threads},
-                    {"memory_limit_bytes", report.memory_limit_bytes},
-                    {"peak_memory_bytes", report.peak_memory_bytes},
-                    {"stages", std::move(stages)},
-                    {"machine", machine()}};
+  return {{"version", program_version()},
+          {"finished", now_utc()},
+          {"elapsed_s", report.elapsed_s},
+          {"scans", report.scans},
+          {"input_bytes", report.input_bytes},
+          {"threads", report.threads},
+          {"memory_limit_bytes", report.memory_limit_bytes},
+          {"peak_memory_bytes", report.peak_memory_bytes},
+          {"stages", std::move(stages)},
+          {"machine", machine_json()}};
+}
+
+void write_run_record(const std::filesystem::path& folder, const BuildReport& report) {
   const std::filesystem::path path = folder / kRunRecord;
   errno = 0;
   std::ofstream out(path);
-  out << record.dump(2) << '\n';
+  out << run_json(report).dump(2) << '\n';
   if (!out.flush()) formats::throw_system("cannot write", path, errno);
 }
 
 std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) {
   std::ifstream in(folder / kRunRecord);
-  const Json record = Json::parse(in, nullptr, /*allow_exceptions=*/false);
+  return parse_run(Json::parse(in, nullptr, /*allow_exceptions=*/false));
+}
+
+std::optional<BuildReport> parse_run(const Json& record) {
   if (!record.is_object()) return std::nullopt;
   try {
     BuildReport report{.stages = {},

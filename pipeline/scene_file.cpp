@@ -20,22 +20,8 @@ using formats::Vector3;
 using stages::Raster;
 
 constexpr std::uint64_t kMostRepeats = 100'000;
-constexpr std::string_view kNames = "a name of letters, digits, '_', '-' and '.'";
 constexpr std::string_view kPoint = "three numbers: [x, y, z]";
 constexpr std::string_view kTurn = "three angles in degrees: [yaw, pitch, roll]";
-
-/// Names become file names and words of a table, so they hold nothing that either takes apart.
-std::optional<std::string> plain_name(const toml::node& node) {
-  auto name = any_text(node);
-  const auto fits = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '.';
-  };
-  if (!name || name->empty() || name->size() > 100 || name->front() == '.' ||
-      !std::all_of(name->begin(), name->end(), fits))
-    return std::nullopt;
-  return name;
-}
 
 /// Calls use(name suffix, shift) for each copy that `repeat` asks for.
 template <typename Use>
@@ -147,7 +133,7 @@ Raster read_raster(CheckedTable& table) {
 void read_station(CheckedTable table, std::size_t number, stages::Scene& scene) {
   stages::Station station;
   const std::string name =
-      table.find("name", kNames, plain_name).value_or(fmt::format("station_{:02}", number));
+      table.find("name", kPlainName, plain_name).value_or(fmt::format("station_{:02}", number));
   const Vector3 position = table.need("position", kPoint, vector3);
   station.turn = read_turn(table, "heading");
   station.raster = read_raster(table);
@@ -181,22 +167,11 @@ void read_output(CheckedTable table, SceneFile& scene) {
   table.finish();
 }
 
-using Tables = std::vector<const toml::table*>;
-
 /// The tables of [[key]], which must be there unless the scene has a base.
 Tables tables_of(CheckedTable& table, std::string_view key, bool has_base) {
   const std::string allowed = fmt::format("at least one table [[{}]]", key);
-  const auto read = [](const toml::node& node) -> std::optional<Tables> {
-    const toml::array* items = node.as_array();
-    Tables tables;
-    for (std::size_t i = 0; items != nullptr && i < items->size(); ++i)
-      tables.push_back((*items)[i].as_table());
-    if (tables.empty() || std::find(tables.begin(), tables.end(), nullptr) != tables.end())
-      return std::nullopt;
-    return tables;
-  };
-  return has_base ? table.find(key, allowed, read).value_or(Tables{})
-                  : table.need(key, allowed, read);
+  return has_base ? table.find(key, allowed, some_tables).value_or(Tables{})
+                  : table.need(key, allowed, some_tables);
 }
 
 void refuse_equal_names(const CheckedTable& table, const stages::Scene& scene) {
@@ -204,12 +179,6 @@ void refuse_equal_names(const CheckedTable& table, const stages::Scene& scene) {
   for (const stages::Station& station : scene.stations)
     if (!names.insert(station.name).second)
       table.refuse("two stations have the name " + station.name);
-}
-
-/// The stem of the file as far as it can be a name.
-std::string name_from(const std::filesystem::path& file) {
-  const toml::value<std::string> stem(file.stem().string());
-  return plain_name(stem).value_or("scene");
 }
 
 /// The objects and stations that a scene begins with: those of its base, if it names one.
@@ -229,7 +198,7 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) 
   const toml::table root = formats::parse_toml(text, file.string());
   CheckedTable table(root, file, "");
   SceneFile scene;
-  scene.name = table.find("name", kNames, plain_name).value_or(name_from(file));
+  scene.name = table.find("name", kPlainName, plain_name).value_or(plain_stem(file, "scene"));
   const auto output = table.find("output", "a table [output]", any_table);
   const auto effects = table.find("effects", "a table [effects]", any_table);
   scene.scene = read_base(table, file.parent_path());
