@@ -37,13 +37,15 @@ constexpr const char* kFooter =
     "  cairn verify site.cairn --against scan1.las scan2.ply\n"
     "  cairn report site.cairn\n"
     "  cairn measure site.cairn\n"
+    "  cairn study configs/studies/reducers.toml -o reducers\n"
     "  cairn export site.cairn -o site.ply\n"
     "  cairn render site.cairn -o site.png\n"
     "  cairn view site.cairn\n"
     "  cairn simulate configs/scenes/statue.toml -o statue\n"
     "\n"
     "'cairn COMMAND --help' tells the flags of a command.\n"
-    "Exit codes: 0 done, 2 usage, 3 bad input, 4 system (disk, memory, permission),\n"
+    "Exit codes: 0 done, 1 nothing to recommend, 2 usage, 3 bad input, 4 system (disk, memory, "
+    "permission),\n"
     "5 a broken promise of a dataset, 128 + signal if stopped by one.";
 
 int report_stop(int signal) {
@@ -99,10 +101,11 @@ int parse_and_run(int argc, char** argv) {
   program.set_help_flag("-h,--help", "print this help and leave");
   program.get_formatter()->column_width(30);
   program.require_subcommand(1);
-  const std::array<std::unique_ptr<Command>, 9> commands{
-      make_build_command(program),  make_info_command(program),    make_verify_command(program),
-      make_report_command(program), make_measure_command(program), make_export_command(program),
-      make_render_command(program), make_view_command(program),    make_simulate_command(program)};
+  const std::array<std::unique_ptr<Command>, 10> commands{
+      make_build_command(program),   make_info_command(program),    make_verify_command(program),
+      make_report_command(program),  make_measure_command(program), make_study_command(program),
+      make_export_command(program),  make_render_command(program),  make_view_command(program),
+      make_simulate_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -30,5 +30,6 @@ std::unique_ptr<Command> make_export_command(CLI::App& program);
 std::unique_ptr<Command> make_render_command(CLI::App& program);
 std::unique_ptr<Command> make_view_command(CLI::App& program);
 std::unique_ptr<Command> make_simulate_command(CLI::App& program);
+std::unique_ptr<Command> make_study_command(CLI::App& program);
 
 }  // namespace cairn::pipeline

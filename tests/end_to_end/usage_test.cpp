@@ -23,7 +23,8 @@ TEST_F(Usage, HelpAndVersionAreAnswers) {
                                              {"verify", "--help"},
                                              {"report", "--help"},
                                              {"export", "--help"},
-                                             {"simulate", "--help"}}) {
+                                             {"simulate", "--help"},
+                                             {"study", "--help"}}) {
     const Outcome outcome = cairn(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_EQ(outcome.err, "");
@@ -57,6 +58,8 @@ TEST_F(Usage, WrongCommandLinesAreOneLineAndExitCodeTwo) {
       {"verify"},
       {"simulate"},
       {"simulate", folder_ / "none.toml"},
+      {"study"},
+      {"study", folder_ / "none.toml"},
       {"export", folder_ / "none.cairn"}};
   for (const auto& arguments : wrong) {
     SCOPED_TRACE(::testing::PrintToString(arguments));
@@ -70,10 +73,9 @@ TEST_F(Usage, AnUnknownFlagPointsToTheHelp) {
 
 TEST_F(Usage, AnUnknownCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_THAT(cairn({"bild"}).err, HasSubstr("unknown command 'bild'; did you mean 'build'?"));
-  EXPECT_THAT(
-      cairn({"transmogrify"}).err,
-      HasSubstr(
-          "commands are build, info, verify, report, measure, export, render, view, simulate"));
+  EXPECT_THAT(cairn({"transmogrify"}).err,
+              HasSubstr("commands are build, info, verify, report, measure, study, export, render, "
+                        "view, simulate"));
 }
 
 TEST_F(Usage, HelpTellsWhatIsAllowed) {

@@ -1,0 +1,51 @@
+#include "pipeline/study/recommend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+Candidate judge(const StudyResults& results, const std::vector<Condition>& conditions,
+                const std::string& minimized, std::size_t setting) {
+  Candidate candidate{.setting = setting, .meets = true};
+  double logarithms = 0;
+  for (const StudyResult& result : results.results) {
+    if (result.setting != setting) continue;
+    logarithms += std::log(result.value(minimized).value_or(kInfinite));
+    for (std::size_t c = 0; c < conditions.size(); ++c) {
+      const auto value = result.failure.empty() ? result.value(conditions[c].metric) : std::nullopt;
+      candidate.meets = candidate.meets && value && conditions[c].holds(*value);
+      const double excess = value ? conditions[c].excess(*value) : kInfinite;
+      if (excess <= candidate.excess) continue;
+      candidate.excess = excess;
+      candidate.worst_input = result.input;
+      candidate.worst_condition = c;
+    }
+  }
+  candidate.cost = std::exp(logarithms / static_cast<double>(results.inputs.size()));
+  return candidate;
+}
+
+}  // namespace
+
+std::vector<Candidate> rank_settings(const StudyResults& results,
+                                     const std::vector<Condition>& conditions,
+                                     const std::string& minimized) {
+  std::vector<Candidate> ranked;
+  for (std::size_t s = 0; s < results.settings.size(); ++s)
+    ranked.push_back(judge(results, conditions, minimized, s));
+  std::stable_sort(ranked.begin(), ranked.end(), [](const Candidate& a, const Candidate& b) {
+    const auto order = [](const Candidate& c) {
+      return std::tuple(!c.meets, c.meets ? c.cost : c.excess);
+    };
+    return order(a) < order(b);
+  });
+  return ranked;
+}
+
+}  // namespace cairn::pipeline

@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/human.h"
+#include "pipeline/study/recommend.h"
+
+namespace cairn::pipeline {
+namespace {
+
+constexpr std::size_t kMostOthers = 5;
+
+/// A value as a configuration file has it. The escapes of a JSON string are escapes of TOML too.
+std::string toml_value(const Setting& setting, const std::vector<std::string>& values) {
+  const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
+  if (setting.kind == SettingKind::kTexts) {
+    std::string list;
+    for (const std::string& value : values) list += (list.empty() ? "" : ", ") + quoted(value);
+    return "[" + list + "]";
+  }
+  const bool is_text = setting.kind == SettingKind::kText || values.front() == "auto";
+  return is_text ? quoted(values.front()) : values.front();
+}
+
+const StudyResult& result_of(const StudyResults& results, std::size_t input, std::size_t setting) {
+  const auto at =
+      std::find_if(results.results.begin(), results.results.end(),
+                   [&](const StudyResult& r) { return r.input == input && r.setting == setting; });
+  return *at;
+}
+
+std::string text_of(std::optional<double> value) {
+  return value ? significant(*value, 4) : "not known";
+}
+
+std::string minimized_words(const std::string& minimized) {
+  return minimized == "build_s_per_M" ? "build time, seconds a million points" : minimized;
+}
+
+/// Where the errors of a condition without a place are told.
+std::string place_note(const StudyResults& results, const Condition& condition) {
+  const std::size_t sign = condition.metric.find('@');
+  const std::string name = condition.metric.substr(0, sign);
+  const auto all = level_metrics();
+  if (std::find(all.begin(), all.end(), name) == all.end()) return "";
+  const auto place = sign == std::string::npos ? std::optional(results.at)
+                                               : parse_place(condition.metric.substr(sign + 1));
+  return ": " + name + " at " + place_words(*place) + ", in units of the coordinates";
+}
+
+/// What the chosen setting measured on each input, beside the limit.
+std::string measured_lines(const StudyResults& results, const Condition& condition,
+                           std::size_t setting) {
+  std::string text;
+  for (std::size_t i = 0; i < results.inputs.size(); ++i) {
+    const double value = *result_of(results, i, setting).value(condition.metric);
+    text += fmt::format("#     {:<20} {:>10}   {:.0f} % of the limit, {}\n", results.inputs[i].name,
+                        significant(value, 4), 100 * value / condition.limit,
+                        significant(condition.limit, 4));
+  }
+  return text;
+}
+
+std::string others(const StudyResults& results, const std::vector<Condition>& conditions,
+                   const std::vector<Candidate>& ranked) {
+  std::string text = ranked.size() > 1 ? "#\n# Other settings:\n" : "";
+  for (std::size_t i = 1; i < ranked.size() && i <= kMostOthers; ++i) {
+    const Candidate& other = ranked[i];
+    const Condition& condition = conditions[other.worst_condition];
+    const auto value = result_of(results, other.worst_input, other.setting).value(condition.metric);
+    text += fmt::format("#   {:<32} {:>8}   ", results.settings[other.setting].label,
+                        std::isfinite(other.cost) ? significant(other.cost, 3) : "-");
+    text += other.meets ? "meets all\n"
+                        : fmt::format("no: {} {} on {}\n", condition.metric, text_of(value),
+                                      results.inputs[other.worst_input].name);
+  }
+  if (ranked.size() > kMostOthers + 1)
+    text += fmt::format("#   and {} more\n", ranked.size() - 1 - kMostOthers);
+  return text;
+}
+
+}  // namespace
+
+std::string recommendation_toml(const StudyResults& results,
+                                const std::vector<Condition>& conditions,
+                                const std::string& minimized,
+                                const std::vector<Candidate>& ranked) {
+  const Candidate& best = ranked.front();
+  const StudySetting& setting = results.settings[best.setting];
+  std::string text = fmt::format(
+      "# Chosen by cairn study, of {} on {}: {}.\n"
+      "#\n#   cairn build SCANS --config THIS_FILE -o NAME.cairn\n#\n",
+      count_of(results.settings.size(), "setting"), count_of(results.inputs.size(), "input"),
+      setting.label);
+  for (const Condition& condition : conditions)
+    text += fmt::format("# Asked for {}{}.\n# Measured on each input:\n{}", condition.text,
+                        place_note(results, condition),
+                        measured_lines(results, condition, best.setting));
+  text += fmt::format(
+      "#\n# Of the settings that meet this on all inputs it has the least {}:\n"
+      "# {}, the geometric mean over the inputs. Times are medians of {} with {}.\n",
+      minimized_words(minimized), significant(best.cost, 3),
+      count_of(results.repetitions, "repetition"), count_of(results.threads, "thread"));
+  text += others(results, conditions, ranked);
+  text +=
+      "#\n# Errors and sizes go with the density of the scans, times with the machine and about "
+      "with "
+      "the number of points:\n"
+      "# this holds for scans like those of the study. Suffixes such as mm take world units for "
+      "meters.\n\n";
+  for (const auto& [key, given] : setting.values)
+    text += fmt::format("{} = {}\n", key, toml_value(*find_setting(key), given.values));
+  return text;
+}
+
+std::string nothing_found(const StudyResults& results, const std::vector<Condition>& conditions,
+                          const std::vector<Candidate>& ranked) {
+  const Candidate& nearest = ranked.front();
+  const Condition& condition = conditions[nearest.worst_condition];
+  const auto value =
+      result_of(results, nearest.worst_input, nearest.setting).value(condition.metric);
+  return fmt::format("no setting meets '{}' on all inputs; nearest is '{}', with {} {} on {}",
+                     condition.text, results.settings[nearest.setting].label, condition.metric,
+                     text_of(value), results.inputs[nearest.worst_input].name);
+}
+
+}  // namespace cairn::pipeline

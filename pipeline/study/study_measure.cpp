@@ -1,0 +1,30 @@
+#include "pipeline/study/study_measure.h"
+
+#include "formats/error.h"
+#include "pipeline/memory_budget.h"
+#include "stages/measure/measure.h"
+
+namespace cairn::pipeline {
+
+Measured measure_study_dataset(const formats::DatasetReader& dataset, unsigned threads,
+                               stages::ProgressSink& progress, const std::stop_token& stop) {
+  const stages::Context context{.threads = threads,
+                                .memory_bytes = memory_budget(0, machine_memory_bytes()),
+                                .make_array = {},
+                                .progress = &progress,
+                                .stop = stop};
+  const stages::ErrorReport report = stages::measure_dataset(context, dataset);
+  if (!report.held())
+    throw formats::Error(formats::ErrorKind::kInvariant,
+                         {.what = "points are farther from those that stand for them than the "
+                                  "dataset's bounds allow"});
+  const std::uint64_t bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
+                              dataset.head().metadata_size_bytes;
+  const auto points = static_cast<double>(dataset.header().points);
+  return {.metrics = {{"bytes_per_point", static_cast<double>(bytes) / points},
+                      {"fanout", static_cast<double>(dataset.header().fanout)},
+                      {"levels", static_cast<double>(dataset.tree().leaf_level() + 1)}},
+          .errors = error_curve(report)};
+}
+
+}  // namespace cairn::pipeline

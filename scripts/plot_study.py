@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+"""What accuracy costs: the figures of a study.
+
+Usage: cairn study configs/studies/reducers.toml -o reducers
+       scripts/plot_study.py reducers/results.json -o reducers.png        (or .pdf, .svg, or --format)
+
+A row an input: the RMS error against the build's time, with bars from the least to the greatest of the repetitions;
+against bytes a point; on every level, against the share of the points that is drawn; and, where the study drew pictures,
+their PSNR against the time of a frame. A grey line joins the settings that no other beats in both. Needs Python 3 with
+matplotlib (Debian: python3-matplotlib).
+"""
+
+import argparse
+import json
+import sys
+
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError as error:
+    sys.exit(f"plot_study.py: error: {error}; Debian has it as python3-matplotlib")
+
+GREY = "#9a9a9a"
+COLORS = ("#31688e", "#e08214", "#35b779", "#b2182b", "#762a83", "#666666", "#1b9e9e", "#a6761d", "#e377c2", "#8c9a1f")
+MARKERS = "osD^vP*Xph"
+
+
+def median(value):
+    return value["median"] if isinstance(value, dict) else value
+
+
+def bars(value):
+    """How far below and above its median a value was in other repetitions."""
+    if not isinstance(value, dict):
+        return 0, 0
+    return value["median"] - value["min"], value["max"] - value["median"]
+
+
+def style(index):
+    """Color and marker of a setting: ten colors, and another marker whenever they begin again."""
+    return {"color": COLORS[index % len(COLORS)],
+            "marker": MARKERS[(index + index // len(COLORS)) % len(MARKERS)]}
+
+
+def front(points, more_is_better):
+    """Those of (cost, quality) that no other beats in both, cheapest first."""
+    best, kept = None, []
+    for x, y in sorted(points, key=lambda point: (point[0], -point[1] if more_is_better else point[1])):
+        if best is None or (y > best if more_is_better else y < best):
+            best = y
+            kept.append((x, y))
+    return kept
+
+
+def plot_against(axes, results, cost, quality, more_is_better=False):
+    """One point a setting, and the front. `results` are (index of the setting, metrics)."""
+    points = []
+    for index, metrics in results:
+        if cost not in metrics or quality not in metrics:
+            continue
+        x, y = median(metrics[cost]), median(metrics[quality])
+        below, above = bars(metrics[cost])
+        axes.errorbar(x, y, xerr=[[below], [above]], ms=7, capsize=3, lw=1, ls="", zorder=3, **style(index))
+        points.append((x, y))
+    if not points:
+        axes.text(0.5, 0.5, "no level here: too few points", ha="center", transform=axes.transAxes)
+        return
+    axes.plot(*zip(*front(points, more_is_better)), color=GREY, lw=1.2, zorder=1)
+    axes.margins(0.12)
+    known = [y for _, y in points]
+    if min(known) > 0 and max(known) > 8 * min(known):
+        axes.set_yscale("log")
+
+
+def plot_levels(axes, results):
+    """The error of every level, against the share of the points that it holds."""
+    for index, _, levels in results:
+        shown = [(100 * level["share"], level["rms"]) for level in levels if level["rms"] > 0]
+        if shown:
+            axes.plot(*zip(*shown), ms=4, lw=1, **style(index))
+    if axes.lines:
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+    axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def picture_pairs(results):
+    """(cost, quality, what was drawn) of the study's pictures: frame_ms@200k with psnr@200k."""
+    names = {name for result in results for name in result["metrics"]}
+    return sorted((f"frame_ms@{drawn}", f"psnr@{drawn}", drawn)
+                  for drawn in (name.split("@", 1)[1] for name in names if name.startswith("psnr@"))
+                  if f"frame_ms@{drawn}" in names)
+
+
+def draw_row(row, name, points, results, at, pairs):
+    metrics = [(index, values) for index, values, _ in results]
+    plot_against(row[0], metrics, "build_s", "rms")
+    row[0].set(ylabel=f"{name}\n{points / 1e6:.3g} M points\n\nRMS, units of the scans", xlabel="build, seconds",
+               title=f"RMS, {at}")
+    plot_against(row[1], metrics, "bytes_per_point", "rms")
+    row[1].set(xlabel="bytes a point of the input", ylabel="RMS", title=f"RMS, {at}")
+    plot_levels(row[2], results)
+    row[2].set(xlabel="points drawn, %", ylabel="RMS", title="RMS of every level")
+    for axes, (cost, quality, drawn) in zip(row[3:], pairs):
+        plot_against(axes, metrics, cost, quality, more_is_better=True)
+        axes.set(xlabel="frame, milliseconds", ylabel="PSNR, dB", title=f"Pictures, {drawn}")
+    for axes in row:
+        axes.grid(alpha=0.3)
+        axes.title.set_fontsize(10)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("results", help="results.json of a study; - for standard input")
+    parser.add_argument("-o", "--output", required=True, help="picture to write")
+    parser.add_argument("--format", choices=("png", "pdf", "svg"), help="of the picture [as its name says]")
+    arguments = parser.parse_args()
+    try:
+        with sys.stdin if arguments.results == "-" else open(arguments.results, encoding="utf-8") as file:
+            study = json.load(file)
+    except (OSError, json.JSONDecodeError) as error:
+        sys.exit(f"plot_study.py: error: cannot read the results: {error}")
+    settings = [setting["name"] for setting in study["settings"]]
+    pairs = picture_pairs(study["results"])
+    columns, inputs = 3 + len(pairs), study["inputs"]
+    legend_rows = -(-len(settings) // 4)
+    height = 3.0 * len(inputs) + 0.9 + 0.25 * legend_rows
+    figure, axes = plt.subplots(len(inputs), columns, figsize=(4.4 * columns, height), layout="constrained",
+                                squeeze=False)
+    for row, given in zip(axes, inputs):
+        results = [(settings.index(result["setting"]), result["metrics"], result["levels"])
+                   for result in study["results"] if result["input"] == given["name"]]
+        draw_row(row, given["name"], given["points"], results, study["at"], pairs)
+    handles = [plt.Line2D([], [], ls="", ms=7, label=name, **style(i)) for i, name in enumerate(settings)]
+    handles.append(plt.Line2D([], [], color=GREY, lw=1.2, label="none is better in both"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+    figure.suptitle(f"{study['study']}: medians of {study['repetitions']} repetitions, {study['threads']} threads",
+                    fontsize=13)
+    figure.savefig(arguments.output, dpi=110, format=arguments.format)
+
+
+if __name__ == "__main__":
+    main()
