@@ -53,6 +53,13 @@ def front(points, more_is_better):
     return kept
 
 
+def plain_logarithmic(axis):
+    """A logarithmic axis with ticks at 1, 2 and 5, written as people do."""
+    axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+
+
 def plot_against(axes, results, cost, quality, more_is_better=False):
     """One point a setting, and the front. `results` are (index of the setting, metrics)."""
     points = []
@@ -71,6 +78,9 @@ def plot_against(axes, results, cost, quality, more_is_better=False):
     known = [y for _, y in points]
     if min(known) > 0 and max(known) > 8 * min(known):
         axes.set_yscale("log")
+        plain_logarithmic(axes.yaxis)
+    elif not more_is_better:
+        axes.set_ylim(bottom=0)
 
 
 def plot_levels(axes, results):
@@ -82,7 +92,8 @@ def plot_levels(axes, results):
     if axes.lines:
         axes.set_xscale("log")
         axes.set_yscale("log")
-    axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+        plain_logarithmic(axes.xaxis)
+        plain_logarithmic(axes.yaxis)
 
 
 def picture_pairs(results):
@@ -126,19 +137,20 @@ def main():
     settings = [setting["name"] for setting in study["settings"]]
     pairs = picture_pairs(study["results"])
     columns, inputs = 3 + len(pairs), study["inputs"]
-    legend_rows = -(-len(settings) // 4)
-    height = 3.0 * len(inputs) + 0.9 + 0.25 * legend_rows
-    figure, axes = plt.subplots(len(inputs), columns, figsize=(4.4 * columns, height), layout="constrained",
-                                squeeze=False)
+    below = 0.35 + 0.22 * -(-(len(settings) + 1) // 5)  # inches for the legend
+    above = 3.0 * len(inputs) + 0.4
+    figure = plt.figure(figsize=(4.4 * columns, above + below), layout="constrained")
+    page, foot = figure.subfigures(2, 1, height_ratios=(above, below))
+    axes = page.subplots(len(inputs), columns, squeeze=False)
     for row, given in zip(axes, inputs):
         results = [(settings.index(result["setting"]), result["metrics"], result["levels"])
                    for result in study["results"] if result["input"] == given["name"]]
         draw_row(row, given["name"], given["points"], results, study["at"], pairs)
     handles = [plt.Line2D([], [], ls="", ms=7, label=name, **style(i)) for i, name in enumerate(settings)]
     handles.append(plt.Line2D([], [], color=GREY, lw=1.2, label="none is better in both"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9, frameon=False)
-    figure.suptitle(f"{study['study']}: medians of {study['repetitions']} repetitions, {study['threads']} threads",
-                    fontsize=13)
+    foot.legend(handles=handles, loc="center", ncol=5, fontsize=9, frameon=False)
+    page.suptitle(f"{study['study']}: medians of {study['repetitions']} repetitions, {study['threads']} threads",
+                  fontsize=13)
     figure.savefig(arguments.output, dpi=110, format=arguments.format)
 
 

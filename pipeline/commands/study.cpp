@@ -108,7 +108,7 @@ class StudyCommand : public Command {
 
   int recommend(const StudyResults& results, const std::vector<Condition>& conditions) const {
     require_known(conditions, results);
-    const std::string minimized = within_.empty() ? "build_s_per_M" : "rms";
+    const std::string minimized = within_.empty() ? kPace : "rms";
     const std::vector<Candidate> ranked = rank_settings(results, conditions, minimized);
     if (!ranked.front().meets) {
       fail(nothing_found(results, conditions, ranked), formats::ErrorKind::kUsage);

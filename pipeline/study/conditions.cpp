@@ -117,7 +117,7 @@ Condition parse_within(std::string_view text) {
   if (!seconds || !factor || time.empty() || !points || points->unit != ErrorPlace::Unit::kPoints)
     refuse_it();
   return {.text = fmt::format("a build within {}", trimmed(text)),
-          .metric = "build_s_per_M",
+          .metric = kPace,
           .limit = 1e6 * *seconds * *factor / points->value};
 }
 

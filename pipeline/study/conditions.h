@@ -9,6 +9,9 @@
 
 namespace cairn::pipeline {
 
+/// The metric of build times that does not depend on how many points there are.
+inline constexpr const char* kPace = "build_s_per_M";
+
 struct Condition {
   std::string text;    ///< as it was asked
   std::string metric;  ///< as StudyResult::value takes it

@@ -35,11 +35,13 @@ std::string text_of(std::optional<double> value) {
 }
 
 std::string minimized_words(const std::string& minimized) {
-  return minimized == "build_s_per_M" ? "build time, seconds a million points" : minimized;
+  return minimized == kPace ? "build time, seconds a million points" : minimized;
 }
 
-/// Where the errors of a condition without a place are told.
+/// What a condition without more words is about: where errors are told, what a pace takes for granted.
 std::string place_note(const StudyResults& results, const Condition& condition) {
+  if (condition.metric == kPace)
+    return ": seconds a million points, time being taken to grow as the points do";
   const std::size_t sign = condition.metric.find('@');
   const std::string name = condition.metric.substr(0, sign);
   const auto all = level_metrics();

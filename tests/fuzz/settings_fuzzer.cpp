@@ -1,8 +1,9 @@
-// Hostile TOML: the configuration of a campaign, the scene of a simulation, the walk of a camera.
+// Hostile TOML: the configuration of a campaign, the scene of a simulation, the walk of a camera, a study.
 #include <string_view>
 
 #include "pipeline/config.h"
 #include "pipeline/scene_file.h"
+#include "pipeline/study/study_file.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "viewer/walk_file.h"
 
@@ -30,6 +31,7 @@ void run(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   accepts({ErrorKind::kUsage}, [&] { resolve(text); });
   accepts({ErrorKind::kUsage}, [&] { play(text); });
+  accepts({ErrorKind::kUsage}, [&] { pipeline::parse_study(text, "fuzz.toml"); });
   // The shape of a statue takes 50 ms to make, and no number of the scene decides how.
   if (text.find("statue") != text.npos) return;
   // A scene may name files of meshes.
