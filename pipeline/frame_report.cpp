@@ -7,15 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/human.h"
+#include "pipeline/json_number.h"
 
 namespace cairn::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using viewer::FrameStatistics;
-
-/// Infinite bounds are null: JSON has no infinity.
-Json bound_json(double pixels) { return std::isfinite(pixels) ? Json(pixels) : Json(nullptr); }
 
 std::string bound_text(const FrameStatistics& frame) {
   const auto pixels = [](double bound) { return significant(bound, 3) + " pixels"; };
@@ -26,13 +24,6 @@ std::string bound_text(const FrameStatistics& frame) {
 }
 
 Json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-
-Json camera_json(const viewer::Camera& camera) {
-  return {{"eye", vector_json(camera.eye)},
-          {"target", vector_json(camera.target)},
-          {"up", vector_json(camera.up)},
-          {"fov", camera.fov_y_degrees}};
-}
 
 std::vector<std::string> effects_of(const viewer::FramePlan& plan) {
   std::vector<std::string> effects;
@@ -59,6 +50,13 @@ double quantile(std::vector<double> values, double share) {
 
 }  // namespace
 
+Json camera_json(const viewer::Camera& camera) {
+  return {{"eye", vector_json(camera.eye)},
+          {"target", vector_json(camera.target)},
+          {"up", vector_json(camera.up)},
+          {"fov", camera.fov_y_degrees}};
+}
+
 std::string frame_json(const FrameStatistics& frame, const PictureFacts& facts) {
   Json json{
       {"frames", facts.frames},
@@ -66,8 +64,8 @@ std::string frame_json(const FrameStatistics& frame, const PictureFacts& facts) 
       {"unseen_points", frame.unseen_points},
       {"nodes", frame.nodes},
       {"nodes_on_level", frame.nodes_on_level},
-      {"pixel_bound", bound_json(frame.pixel_bound)},
-      {"inner_pixel_bound", bound_json(frame.inner_bound)},
+      {"pixel_bound", finite_or_null(frame.pixel_bound)},
+      {"inner_pixel_bound", finite_or_null(frame.inner_bound)},
       {"loads", frame.loads},
       {"forced_loads", frame.forced_loads},
       {"hits", frame.hits},

@@ -1,6 +1,7 @@
 // What drawing a frame did, for people and for programs.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ struct PictureFacts {
   std::vector<std::string> sections;  ///< that are read of a node
   std::uint64_t frames = 1;           ///< drawn so far, with this one
 };
+
+/// {"eye": [x, y, z], "target": ..., "up": ..., "fov": degrees}
+nlohmann::ordered_json camera_json(const viewer::Camera& camera);
 
 /// One JSON object and a newline.
 std::string frame_json(const viewer::FrameStatistics& frame, const PictureFacts& facts);

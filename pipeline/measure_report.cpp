@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/human.h"
+#include "pipeline/picture_report.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -88,13 +89,14 @@ std::string measure_text(const stages::ErrorReport& report, const std::filesyste
   return text + distance_table(report.levels) + attribute_table(report.levels);
 }
 
-std::string measure_json(const stages::ErrorReport& report) {
+std::string measure_json(const stages::ErrorReport& report, const PictureReport* pictures) {
   Json levels = Json::array();
   for (const LevelError& level : report.levels) levels.push_back(level_json(level));
-  const Json json{{"held", report.held()},
-                  {"leaf_points", report.leaf_points},
-                  {"leaf_displacement", report.leaf_displacement},
-                  {"levels", std::move(levels)}};
+  Json json{{"held", report.held()},
+            {"leaf_points", report.leaf_points},
+            {"leaf_displacement", report.leaf_displacement},
+            {"levels", std::move(levels)}};
+  if (pictures != nullptr) json["pictures"] = pictures_json(*pictures);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "pipeline/picture_measure.h"
 #include "stages/measure/measure.h"
 
 namespace cairn::pipeline {
@@ -12,6 +13,8 @@ namespace cairn::pipeline {
 std::string measure_text(const stages::ErrorReport& report, const std::filesystem::path& folder);
 
 /// {"held": ..., "leaf_points": ..., "levels": [{"level": ..., "rms": ..., "attributes": [...], ...}], ...}
-std::string measure_json(const stages::ErrorReport& report);
+/// With pictures, what pictures_json tells of them stands under "pictures".
+std::string measure_json(const stages::ErrorReport& report,
+                         const PictureReport* pictures = nullptr);
 
 }  // namespace cairn::pipeline

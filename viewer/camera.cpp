@@ -136,13 +136,20 @@ View View::widened(double share) const {
   return {camera, size_, near_};
 }
 
-Camera camera_around(const Box& box, PictureSize size) {
-  constexpr double kShareOfPicture = 0.95;
-  // Flat scenes are looked at more from above.
+glm::dvec3 direction_around(const Box& box) {
   const double rise = box.half.z < 0.3 * std::max(box.half.x, box.half.y) ? 0.7 : 0.3;
+  return {-0.55, -1.0, rise};
+}
+
+Camera camera_around(const Box& box, PictureSize size) {
+  return camera_facing(box, direction_around(box), size);
+}
+
+Camera camera_facing(const Box& box, const glm::dvec3& direction, PictureSize size) {
+  constexpr double kShareOfPicture = 0.95;
   Camera camera;
   camera.target = box.center;
-  const glm::dvec3 back = glm::normalize(glm::dvec3(-0.55, -1.0, rise));
+  const glm::dvec3 back = glm::normalize(direction);
   const glm::dvec3 right = glm::normalize(glm::cross(-back, camera.up));
   const glm::dvec3 up = glm::cross(back, right);
   const double tan_y = std::tan(radians(camera.fov_y_degrees) / 2) * kShareOfPicture;

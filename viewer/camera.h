@@ -47,6 +47,10 @@ struct Cone {
   float min_cosine = -1;
 };
 
+/// Looks at a box from outside so that all of it is seen. `back`: from the box to the eye, of any length, not along z.
+Camera camera_facing(const Box& box, const glm::dvec3& back, PictureSize size);
+/// Where camera_around looks from: slightly from above, from higher on a flat box.
+glm::dvec3 direction_around(const Box& box);
 /// Looks at a box from outside, slightly from above, so that all of it is seen.
 Camera camera_around(const Box& box, PictureSize size);
 

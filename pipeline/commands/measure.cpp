@@ -2,15 +2,18 @@
 #include "stages/measure/measure.h"
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <thread>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "pipeline/commands/dataset_command.h"
+#include "pipeline/commands/picture_flags.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/measure_report.h"
 #include "pipeline/memory_budget.h"
+#include "pipeline/picture_report.h"
 #include "pipeline/progress.h"
 
 namespace cairn::pipeline {
@@ -24,13 +27,18 @@ constexpr const char* kFooter =
     "recorded\n"
     "bound is what it has to be. Exit code 5 if a point is farther off than a bound allows.\n"
     "\n"
+    "With --budget pictures are measured, too: what they lose on each budget against all that is "
+    "visible.\n"
+    "\n"
     "Examples:\n"
     "  cairn measure site.cairn\n"
+    "  cairn measure site.cairn --budget 500k --budget 2M --pictures site-pictures\n"
     "  cairn measure site.cairn --json > site-error.json";
 
 class MeasureCommand : public DatasetCommand {
  public:
-  explicit MeasureCommand(CLI::App& program) : DatasetCommand(program, "measure", kAbout, kFooter) {
+  explicit MeasureCommand(CLI::App& program)
+      : DatasetCommand(program, "measure", kAbout, kFooter), pictures_(parser_) {
     parser_.add_flag("--json", json_, "as one JSON object");
     add_threads_flag(parser_, threads_);
     add_progress_flag(parser_, progress_);
@@ -38,6 +46,8 @@ class MeasureCommand : public DatasetCommand {
 
   int run(const std::stop_token& stop) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
+    const std::optional<PictureOptions> wanted = pictures_.options(dataset);
+    std::optional<PictureReport> pictures;
     const stages::ErrorReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
       const stages::Context context{.threads = threads_,
@@ -45,9 +55,13 @@ class MeasureCommand : public DatasetCommand {
                                     .make_array = {},
                                     .progress = progress.get(),
                                     .stop = stop};
+      if (wanted) pictures = measure_pictures(context, dataset, *wanted);
       return stages::measure_dataset(context, dataset);
     }();
-    print_results(json_ ? measure_json(report) : measure_text(report, dataset_));
+    if (json_)
+      print_results(measure_json(report, pictures ? &*pictures : nullptr));
+    else
+      print_results(measure_text(report, dataset_) + (pictures ? pictures_text(*pictures) : ""));
     if (!report.held())
       throw formats::Error(formats::ErrorKind::kInvariant,
                            {.what = "points are farther from those that stand for them than the "
@@ -56,6 +70,7 @@ class MeasureCommand : public DatasetCommand {
   }
 
  private:
+  PictureFlags pictures_;
   bool json_ = false;
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   std::string progress_ = "auto";

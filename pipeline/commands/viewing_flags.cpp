@@ -51,6 +51,28 @@ CLI::Option* add_switch(CLI::App& parser, const char* name, std::string& value, 
 
 }  // namespace
 
+std::uint64_t parse_budget(const std::string& text) {
+  const auto points = parse_count(text);
+  if (!points) refuse("--budget", text, "a number of points such as 500k or 3M, or all");
+  return *points;
+}
+
+viewer::PictureSize parse_picture_size(const std::string& text) {
+  const std::size_t cross = text.find('x');
+  if (cross != std::string::npos) {
+    const auto width = parse_side(std::string_view(text).substr(0, cross));
+    const auto height = parse_side(std::string_view(text).substr(cross + 1));
+    if (width && height) return {*width, *height};
+  }
+  refuse("--size", text, "WIDTHxHEIGHT, each from 1 to 16384");
+}
+
+std::uint64_t parse_cache(const std::string& text) {
+  const auto bytes = parse_memory(text, machine_memory_bytes());
+  if (!bytes) refuse("--cache", text, "a size such as 1GiB or a share such as 25%");
+  return *bytes;
+}
+
 ViewingFlags::ViewingFlags(CLI::App& parser) {
   parser.add_option("--budget", budget_, "points drawn at most, such as 500k or 3M, or all [3M]")
       ->option_text("COUNT");
@@ -93,9 +115,7 @@ ViewingFlags::ViewingFlags(CLI::App& parser) {
 }
 
 viewer::SelectionLimits ViewingFlags::limits() const {
-  const auto points = parse_count(budget_);
-  if (!points) refuse("--budget", budget_, "a number of points such as 500k or 3M, or all");
-  return {.points = *points, .pixel_error = pixel_error_};
+  return {.points = parse_budget(budget_), .pixel_error = pixel_error_};
 }
 
 viewer::Wishes ViewingFlags::wishes() const {
@@ -109,25 +129,12 @@ viewer::Wishes ViewingFlags::wishes() const {
           .point_pixels = point_size_};
 }
 
-viewer::PictureSize ViewingFlags::size() const {
-  const std::size_t cross = size_.find('x');
-  if (cross != std::string::npos) {
-    const std::string_view text = size_;
-    const auto width = parse_side(text.substr(0, cross));
-    const auto height = parse_side(text.substr(cross + 1));
-    if (width && height) return {*width, *height};
-  }
-  refuse("--size", size_, "WIDTHxHEIGHT, each from 1 to 16384");
-}
+viewer::PictureSize ViewingFlags::size() const { return parse_picture_size(size_); }
 
 viewer::Camera ViewingFlags::camera(const viewer::Box& scene) const {
   return camera_ == "auto" ? viewer::camera_around(scene, size()) : viewer::parse_camera(camera_);
 }
 
-std::uint64_t ViewingFlags::cache_bytes() const {
-  const auto bytes = parse_memory(cache_, machine_memory_bytes());
-  if (!bytes) refuse("--cache", cache_, "a size such as 1GiB or a share such as 25%");
-  return *bytes;
-}
+std::uint64_t ViewingFlags::cache_bytes() const { return parse_cache(cache_); }
 
 }  // namespace cairn::pipeline

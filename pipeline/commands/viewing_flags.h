@@ -13,6 +13,12 @@ class Option;
 
 namespace cairn::pipeline {
 
+/// What such flags take: "500k", "3M" or "all" (kUnlimited); "1280x720". Throw Error (kUsage).
+std::uint64_t parse_budget(const std::string& text);
+viewer::PictureSize parse_picture_size(const std::string& text);
+/// Memory for nodes, a size or a share of the machine's. Throws Error (kUsage).
+std::uint64_t parse_cache(const std::string& text);
+
 /// Flags of what to draw and of how.
 class ViewingFlags {
  public:

@@ -7,20 +7,19 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/error.h"
 #include "tests/support/pixel_error.h"
-#include "viewer/cpu/cpu_renderer.h"
-#include "viewer/dataset_view.h"
+#include "viewer/cut_painter.h"
 
 namespace {
 
 using namespace cairn;
-using viewer::Picture;
+using viewer::DrawnCut;
+using viewer::PictureDifference;
 
 struct Flags {
   std::string dataset;
@@ -32,45 +31,13 @@ struct Flags {
   bool markdown = false;
 };
 
-/// A pixel counts as different if a channel differs by more than this.
-constexpr int kDifferentLevels = 8;
-/// A frame's time is the least of so many.
-constexpr int kFrames = 3;
-
-struct Drawn {
-  Picture picture;
-  double milliseconds = 0;
-};
-
-struct Difference {
-  double share = 0;  ///< of pixels that differ
-  double psnr = 0;   ///< decibels, over all channels; infinite for equal pictures
-};
-
-Difference difference(const Picture& a, const Picture& b) {
-  std::uint64_t different = 0;
-  double squares = 0;
-  for (std::size_t pixel = 0; pixel < a.rgb.size(); pixel += 3) {
-    int largest = 0;
-    for (std::size_t i = pixel; i < pixel + 3; ++i) {
-      const int levels = std::abs(int{a.rgb[i]} - int{b.rgb[i]});
-      largest = std::max(largest, levels);
-      squares += levels * levels;
-    }
-    different += largest > kDifferentLevels ? 1 : 0;
-  }
-  const double channels = static_cast<double>(a.rgb.size());
-  return {static_cast<double>(different) * 3 / channels,
-          10 * std::log10(255.0 * 255.0 * channels / squares)};
-}
-
 /// One row of the table: a cut, drawn as points and as the dataset calls for.
 struct Row {
   std::string name;
   bool culling = false;
   viewer::SelectionLimits limits;
   test::Cut cut;
-  Drawn points, splats;
+  DrawnCut points, splats;
 };
 
 Row make_row(const viewer::LodTree& tree, const viewer::View& view, std::string name, bool culling,
@@ -99,44 +66,21 @@ std::vector<Row> make_rows(const Flags& flags, const viewer::LodTree& tree,
   return rows;
 }
 
-class Painter {
- public:
-  Painter(const formats::DatasetReader& dataset, const viewer::LodTree& tree,
-          const viewer::View& view, const viewer::FramePlan& plan, const std::vector<Row>& rows)
-      : view_(view),
-        pictures_(dataset, tree, plan, {.bytes = cache_bytes(tree, plan, rows)},
-                  [](const viewer::RendererSize& size) {
-                    return std::make_unique<viewer::CpuRenderer>(size);
-                  }) {}
+/// Nodes of the largest cut.
+std::uint64_t most_nodes(const std::vector<Row>& rows) {
+  std::uint64_t nodes = 1;
+  for (const Row& row : rows)
+    nodes = std::max<std::uint64_t>(nodes, row.cut.selection.nodes.size());
+  return nodes;
+}
 
-  Drawn draw(const Row& row, std::optional<viewer::Primitive> primitive) {
-    Drawn drawn{.milliseconds = std::numeric_limits<double>::infinity()};
-    for (int i = 0; i < kFrames; ++i) {
-      const viewer::FrameStatistics frame = pictures_.scene().draw_settled(
-          view_, row.limits, {.primitive = primitive, .cull_back_faces = row.culling});
-      for (const std::string& damage : frame.damage)
-        throw formats::Error(formats::ErrorKind::kInput, {.what = damage});
-      CAIRN_CHECK(frame.points == row.cut.selection.points);
-      drawn.milliseconds = std::min(drawn.milliseconds, frame.draw_ms);
-    }
-    drawn.picture = pictures_.renderer().picture();
-    return drawn;
-  }
-
- private:
-  /// Room for the largest cut and for what is being read.
-  static std::uint64_t cache_bytes(const viewer::LodTree& tree, const viewer::FramePlan& plan,
-                                   const std::vector<Row>& rows) {
-    std::uint64_t nodes = 1;
-    for (const Row& row : rows)
-      nodes = std::max<std::uint64_t>(nodes, row.cut.selection.nodes.size());
-    nodes += viewer::Front::nodes_under_way(1);
-    return nodes * tree.node_points() * columns_of(plan).point_bytes();
-  }
-
-  viewer::View view_;
-  viewer::DatasetView pictures_;
-};
+DrawnCut draw(viewer::CutPainter& painter, const viewer::View& view, const Row& row,
+              std::optional<viewer::Primitive> primitive) {
+  DrawnCut drawn =
+      painter.draw(view, row.limits, {.primitive = primitive, .cull_back_faces = row.culling});
+  CAIRN_CHECK(drawn.frame.points == row.cut.selection.points);
+  return drawn;
+}
 
 std::string file_name(const Row& row, const char* primitive) {
   std::string name = row.name + (row.culling ? " culled " : " ") + primitive + ".png";
@@ -152,8 +96,8 @@ const Cells kHeading{"cut",        "culling",        "points",         "of full"
                      "points: ms", "auto: differ",   "auto: PSNR",     "auto: ms"};
 
 Cells cells_of(const Row& row, const Row& full, const test::Displacement& measured) {
-  const Difference points = difference(row.points.picture, full.points.picture);
-  const Difference splats = difference(row.splats.picture, full.splats.picture);
+  const PictureDifference points = difference_of(full.points.shown, row.points.shown);
+  const PictureDifference splats = difference_of(full.splats.shown, row.splats.shown);
   const auto count = [](const Row& of) { return static_cast<double>(of.cut.selection.points); };
   return {row.name,
           row.culling ? "yes" : "no",
@@ -165,12 +109,12 @@ Cells cells_of(const Row& row, const Row& full, const test::Displacement& measur
           fmt::format("{:.3f}", measured.rms()),
           fmt::format("{:.3f}", measured.mean()),
           fmt::format("{:.2f}", measured.worst_share),
-          fmt::format("{:.1f} %", 100 * points.share),
-          fmt::format("{:.1f}", points.psnr),
-          fmt::format("{:.1f}", row.points.milliseconds),
-          fmt::format("{:.1f} %", 100 * splats.share),
-          fmt::format("{:.1f}", splats.psnr),
-          fmt::format("{:.1f}", row.splats.milliseconds)};
+          fmt::format("{:.1f} %", 100 * points.differ),
+          fmt::format("{:.1f}", points.psnr()),
+          fmt::format("{:.1f}", row.points.frame.draw_ms),
+          fmt::format("{:.1f} %", 100 * splats.differ),
+          fmt::format("{:.1f}", splats.psnr()),
+          fmt::format("{:.1f}", row.splats.frame.draw_ms)};
 }
 
 void print_table(const std::vector<Cells>& table, bool markdown) {
@@ -210,15 +154,15 @@ int run(const Flags& flags) {
   const auto plan =
       viewer::plan_frame(viewer::facts_of(dataset.header()), {}, {}, /*queries=*/false);
   std::vector<Row> rows = make_rows(flags, tree, view, plan.cull_back_faces);
-  Painter painter(dataset, tree, view, plan, rows);
+  viewer::CutPainter painter(dataset, tree, plan, most_nodes(rows), 1);
   std::vector<test::Cut> cuts;
   for (Row& row : rows) {
-    row.points = painter.draw(row, viewer::Primitive::kPoints);
-    row.splats = painter.draw(row, std::nullopt);
+    row.points = draw(painter, view, row, viewer::Primitive::kPoints);
+    row.splats = draw(painter, view, row, std::nullopt);
     cuts.push_back(row.cut);
     if (flags.pictures.empty()) continue;
-    write_png(row.points.picture, flags.pictures / file_name(row, "points"));
-    write_png(row.splats.picture, flags.pictures / file_name(row, "auto"));
+    write_png(row.points.shown.picture, flags.pictures / file_name(row, "points"));
+    write_png(row.splats.shown.picture, flags.pictures / file_name(row, "auto"));
   }
   const auto measured = test::measure_displacement(dataset, tree, view, cuts);
 

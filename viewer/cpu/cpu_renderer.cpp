@@ -115,6 +115,14 @@ DrawStatistics CpuRenderer::draw(const Frame& frame) {
   return statistics;
 }
 
+std::vector<std::uint8_t> CpuRenderer::covered() const {
+  std::vector<std::uint8_t> covered(words_.size());
+  std::ranges::transform(words_, covered.begin(), [](std::uint64_t word) {
+    return static_cast<std::uint8_t>(word == kNoFragment ? 0 : 1);
+  });
+  return covered;
+}
+
 std::size_t CpuRenderer::buffer_bytes() const {
   return words_.capacity() * sizeof(words_[0]) + sums_.capacity() * sizeof(sums_[0]) +
          picture_.rgb.capacity();

@@ -23,6 +23,8 @@ class CpuRenderer final : public Renderer {
   /// occlusion queries: probes are drawn as others are. Deferred blending draws the ordinary blend.
   DrawStatistics draw(const Frame& frame) override;
   Picture picture() override { return picture_; }
+  /// Which pixels of the last frame show a point, not the background: 1 or 0 a pixel, rows from the top.
+  std::vector<std::uint8_t> covered() const;
 
   /// Of the buffers of pixels that the frames so far made necessary.
   std::size_t buffer_bytes() const;

@@ -186,5 +186,19 @@ TEST(CpuRenderer, SaysHowManyPointsTheMachineHasNoRoomFor) {
   }
 }
 
+/// Even a point that has the background's color is no hole.
+TEST(CpuRenderer, TellsWhichPixelsItCovered) {
+  for (const FramePlan& plan : {kPoints, kDiscs, kSplats}) {
+    CpuRenderer renderer({.columns = kAll, .slots = 1, .slot_points = 2});
+    const std::vector<Point> points{{.position = seen_at(10.5, 5.5, 2), .rgb = kBackground},
+                                    {.position = seen_at(40.5, 7.5, 2)}};
+    renderer.upload(0, node_of(points).columns());
+    renderer.draw({.view = view(), .plan = plan, .items = {{.slot = 0, .count = 2}}});
+    std::vector<std::uint8_t> expected(std::size_t{kSize.width} * kSize.height, 0);
+    expected[5 * kSize.width + 10] = expected[7 * kSize.width + 40] = 1;
+    EXPECT_EQ(renderer.covered(), expected) << name_of(plan.primitive);
+  }
+}
+
 }  // namespace
 }  // namespace cairn::viewer
