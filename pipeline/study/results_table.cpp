@@ -53,6 +53,9 @@ std::vector<Column> columns_of(const StudyResults& results) {
                               fixed("CPU s", "build_cpu_s", 2),
                               fixed("cluster s", "cluster_s", 2),
                               {"front", front}};
+  for (const MetricSummary& metric : all_metrics(results))
+    if (metric.name.starts_with("psnr@"))
+      columns.insert(columns.end() - 1, fixed(metric.name, metric.name, 1));
   return columns;
 }
 

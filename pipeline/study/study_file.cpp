@@ -7,6 +7,7 @@
 #include "formats/error.h"
 #include "formats/toml_text.h"
 #include "pipeline/checked_table.h"
+#include "pipeline/study/study_pictures.h"
 #include "pipeline/study/sweep.h"
 
 namespace cairn::pipeline {
@@ -80,7 +81,9 @@ StudyFile parse_study(std::string_view text, const std::filesystem::path& file) 
   sweep.fixed = table.find("settings", "a table [settings]", any_table).value_or(nullptr);
   sweep.swept = table.find("sweep", "a table [sweep]", any_table).value_or(nullptr);
   sweep.single = table.find("setting", "tables [[setting]]", some_tables).value_or(Tables{});
+  const auto pictures = table.find("pictures", "a table [pictures]", any_table);
   table.finish();
+  if (pictures) study.pictures = read_pictures({**pictures, file, "pictures"});
   std::set<std::string> names;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     CheckedTable input(*inputs[i], file, fmt::format("input {}", i + 1));

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "pipeline/picture_measure.h"
 #include "pipeline/settings.h"
 #include "pipeline/study/metrics.h"
 
@@ -37,6 +38,7 @@ struct StudyFile {
   ErrorPlace at;  ///< where the errors that stand for all are told
   std::vector<StudyInput> inputs;
   std::vector<StudySetting> settings;
+  std::optional<PictureOptions> pictures;
 };
 
 /// Whether a study may vary the setting: those of input, output and resources are not what is studied.

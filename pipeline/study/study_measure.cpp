@@ -2,11 +2,13 @@
 
 #include "formats/error.h"
 #include "pipeline/memory_budget.h"
+#include "pipeline/study/study_pictures.h"
 #include "stages/measure/measure.h"
 
 namespace cairn::pipeline {
 
-Measured measure_study_dataset(const formats::DatasetReader& dataset, unsigned threads,
+Measured measure_study_dataset(const formats::DatasetReader& dataset,
+                               const std::optional<PictureOptions>& pictures, unsigned threads,
                                stages::ProgressSink& progress, const std::stop_token& stop) {
   const stages::Context context{.threads = threads,
                                 .memory_bytes = memory_budget(0, machine_memory_bytes()),
@@ -21,10 +23,14 @@ Measured measure_study_dataset(const formats::DatasetReader& dataset, unsigned t
   const std::uint64_t bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
                               dataset.head().metadata_size_bytes;
   const auto points = static_cast<double>(dataset.header().points);
-  return {.metrics = {{"bytes_per_point", static_cast<double>(bytes) / points},
-                      {"fanout", static_cast<double>(dataset.header().fanout)},
-                      {"levels", static_cast<double>(dataset.tree().leaf_level() + 1)}},
-          .errors = error_curve(report)};
+  Measured measured{.metrics = {{"bytes_per_point", static_cast<double>(bytes) / points},
+                                {"fanout", static_cast<double>(dataset.header().fanout)},
+                                {"levels", static_cast<double>(dataset.tree().leaf_level() + 1)}},
+                    .errors = error_curve(report)};
+  if (pictures)
+    for (Metric& metric : picture_metrics(measure_pictures(context, dataset, *pictures)))
+      measured.metrics.push_back(std::move(metric));
+  return measured;
 }
 
 }  // namespace cairn::pipeline

@@ -16,6 +16,7 @@
 #include "pipeline/run_json.h"
 #include "pipeline/study/study_inputs.h"
 #include "pipeline/study/study_measure.h"
+#include "pipeline/study/study_pictures.h"
 #include "stages/parallel.h"
 
 namespace cairn::pipeline {
@@ -74,7 +75,8 @@ class Study {
       : study_(study),
         options_(options),
         work_(options.folder / "work", "study in " + options.folder.string()),
-        circumstances_(circumstances(options.threads)),
+        circumstances_(circumstances(options.threads) +
+                       (study.pictures ? pictures_key(*study.pictures) : "")),
         progress_(progress),
         stop_(std::move(stop)) {
     progress_.name_run("scans");
@@ -148,7 +150,8 @@ class Study {
     const auto dataset = formats::DatasetReader::open(options.output);
     run.points = dataset.header().points;
     if (cell.measured() == nullptr)
-      run.measured = measure_study_dataset(dataset, options_.threads, progress_, stop_);
+      run.measured =
+          measure_study_dataset(dataset, study_.pictures, options_.threads, progress_, stop_);
     if (options_.keep) keep(options.output, name_of(cell));
     fs::remove_all(options.output);
     return run;

@@ -180,6 +180,27 @@ TEST_F(Study, ARecommendationIsWrittenAndBuilds) {
   EXPECT_EQ(run(file, {"--recommend", "rms < 9000m", "--write", written, "--force"}).exit_code, 0);
 }
 
+TEST_F(Study, PicturesAreThoseOfMeasure) {
+  const std::string file = folder_.write(
+      "s.toml",
+      "repetitions = 1\n[[input]]\nname = \"wavy\"\nscans = [\"wavy.las\"]\n[settings]\n"
+      "node_points = 300\n[pictures]\nbudgets = [\"2k\"]\ndraw = [\"auto\", "
+      "\"points\"]\nsize = [160, 90]\n");
+  const Outcome outcome = run(file, {"--keep", "--recommend", "psnr@2k >= 5dB"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json metrics = result_file()["results"][0]["metrics"];
+  const fs::path dataset = fs::path(results()) / "datasets/wavy, as given.cairn";
+  const Json measured = Json::parse(cairn({"measure", "--json", "--progress", "none", "--budget",
+                                           "2k", "--size", "160x90", dataset.string()})
+                                        .out);
+  const Json mean = measured["pictures"]["means"][0];
+  EXPECT_EQ(metrics["psnr@2k"], mean["psnr"]);
+  EXPECT_EQ(metrics["ssim@2k"], mean["ssim"]);
+  EXPECT_EQ(metrics["holes@2k"], mean["holes"]);
+  EXPECT_TRUE(metrics.contains("psnr@2k_points"));
+  EXPECT_GT(metrics["frame_ms@2k_points"], 0);
+}
+
 TEST_F(Study, ASceneIsSimulatedOnce) {
   folder_.write("scene.toml",
                 "[[object]]\ntype = \"sphere\"\nradius = 1\n[[station]]\nposition = [3, 0, "

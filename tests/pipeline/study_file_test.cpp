@@ -74,7 +74,8 @@ TEST(StudyFile, SingleSettingsStandBesideTheProductAndOverTheFixedOnes) {
 }
 
 TEST(StudyFile, RefusalsNameFileLineKeyAndWhatIsAllowed) {
-  EXPECT_THAT(refusal("repetition = 3\n"), HasSubstr("s.toml, line 4: input 1: unknown key 'repetition'; keys are name, camp"));
+  EXPECT_THAT(refusal("repetition = 3\n"),
+              HasSubstr("s.toml, line 4: input 1: unknown key 'repetition'; keys are name, camp"));
   EXPECT_THAT(refusal("[sweeps]\n"), HasSubstr("unknown key 'sweeps'; keys are name, repetitions"));
   EXPECT_EQ(refusal("[sweep]\nteta = [1]\n"),
             "s.toml, line 5: unknown key 'teta'; did you mean 'theta'?");
@@ -103,6 +104,22 @@ TEST(StudyFile, EqualSettingsAndInputsAreRefused) {
               HasSubstr("input 2: expected one of"));
   EXPECT_THAT(refusal("[[input]]\nname = \"b\"\nscans = [\"a\"]\npoints = 9\n"),
               HasSubstr("points asks for a scene"));
+}
+
+TEST(StudyFile, PicturesAreReadWithTheirLines) {
+  const StudyFile study = parse_study(
+      kInput + "[pictures]\nbudgets = [\"200k\", \"1.5M\"]\ndraw = [\"auto\", \"discs\"]\n",
+      "s.toml");
+  ASSERT_TRUE(study.pictures);
+  EXPECT_THAT(study.pictures->budgets, ElementsAre(200'000, 1'500'000));
+  EXPECT_EQ(study.pictures->draw_modes.size(), 2U);
+  EXPECT_EQ(study.pictures->draw_modes[1], viewer::Primitive::kDiscs);
+  EXPECT_THAT(refusal("[pictures]\nbudgets = [200]\n"),
+              HasSubstr("line 5: pictures: budgets: found"));
+  EXPECT_THAT(refusal("[pictures]\n"), HasSubstr("line 4: pictures: no key 'budgets'"));
+  EXPECT_THAT(refusal("[pictures]\nbudgets = [\"1k\"]\ndraw = [\"art\"]\n"),
+              HasSubstr("line 6: pictures: draw: found [the string \"art\"], expected"));
+  EXPECT_THAT(refusal("[pictures]\nbudgets = [\"1k\"]\nsize = [0, 9]\n"), HasSubstr("line 6"));
 }
 
 TEST(StudyFile, PlacesAreLevelsSharesOrPoints) {

@@ -56,8 +56,8 @@ TEST_F(PlotStudy, DrawsResultsWithAndWithoutPicturesAndLevels) {
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(width(), 1452U);  // three columns of 4.4 inches of 110 dots
   for (auto& result : results["results"]) {
-    result["metrics"]["psnr@200k points"] = 31.5;
-    result["metrics"]["frame_ms@200k points"] = 4.5;
+    result["metrics"]["psnr@200k_points"] = 31.5;
+    result["metrics"]["frame_ms@200k_points"] = 4.5;
   }
   outcome = draw(results.dump());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
