@@ -97,11 +97,20 @@ def plot_levels(axes, results):
 
 
 def picture_pairs(results):
-    """(cost, quality, what was drawn) of the study's pictures: frame_ms@200k with psnr@200k."""
+    """(cost, quality, what was drawn) of the study's pictures, small budgets first: frame_ms@200k with psnr@200k."""
     names = {name for result in results for name in result["metrics"]}
-    return sorted((f"frame_ms@{drawn}", f"psnr@{drawn}", drawn)
-                  for drawn in (name.split("@", 1)[1] for name in names if name.startswith("psnr@"))
-                  if f"frame_ms@{drawn}" in names)
+    drawn = [name.split("@", 1)[1] for name in names if name.startswith("psnr@")]
+
+    def order(text):
+        budget, _, mode = text.partition("_")
+        return mode, float(budget.replace("k", "e3").replace("M", "e6"))
+
+    def words(text):
+        budget, _, mode = text.partition("_")
+        return f"{budget} points" + (f", drawn as {mode}" if mode else "")
+
+    return [(f"frame_ms@{text}", f"psnr@{text}", words(text)) for text in sorted(drawn, key=order)
+            if f"frame_ms@{text}" in names]
 
 
 def draw_row(row, name, points, results, at, pairs):
@@ -115,7 +124,7 @@ def draw_row(row, name, points, results, at, pairs):
     row[2].set(xlabel="points drawn, %", ylabel="RMS", title="RMS of every level")
     for axes, (cost, quality, drawn) in zip(row[3:], pairs):
         plot_against(axes, metrics, cost, quality, more_is_better=True)
-        axes.set(xlabel="frame, milliseconds", ylabel="PSNR, dB", title=f"Pictures, {drawn}")
+        axes.set(xlabel="frame, milliseconds", ylabel="PSNR, dB", title=f"Pictures of {drawn}")
     for axes in row:
         axes.grid(alpha=0.3)
         axes.title.set_fontsize(10)
