@@ -76,7 +76,7 @@ def plot_against(axes, results, cost, quality, more_is_better=False):
     axes.plot(*zip(*front(points, more_is_better)), color=GREY, lw=1.2, zorder=1)
     axes.margins(0.12)
     known = [y for _, y in points]
-    if min(known) > 0 and max(known) > 8 * min(known):
+    if min(known) > 0 and max(known) > 2.5 * min(known):
         axes.set_yscale("log")
         plain_logarithmic(axes.yaxis)
     elif not more_is_better:
@@ -143,6 +143,8 @@ def main():
             study = json.load(file)
     except (OSError, json.JSONDecodeError) as error:
         sys.exit(f"plot_study.py: error: cannot read the results: {error}")
+    if not isinstance(study, dict) or not {"study", "inputs", "settings", "results"} <= study.keys():
+        sys.exit("plot_study.py: error: cannot read the results: these are none of a study")
     settings = [setting["name"] for setting in study["settings"]]
     pairs = picture_pairs(study["results"])
     columns, inputs = 3 + len(pairs), study["inputs"]

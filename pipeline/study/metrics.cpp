@@ -69,6 +69,12 @@ double points_of(const ErrorCurve& curve, std::size_t above_leaves) {
   return above_leaves == 0 ? curve.leaf_points : curve.levels[above_leaves - 1].points;
 }
 
+double linear(double at_0, double at_1, double t) { return (1 - t) * at_0 + t * at_1; }
+
+std::optional<double> if_measured(double error) {
+  return std::isnan(error) ? std::nullopt : std::optional(error);
+}
+
 double error_of(const ErrorCurve& curve, std::size_t above_leaves, std::size_t metric) {
   return above_leaves == 0 ? 0 : curve.levels[above_leaves - 1].errors[metric];
 }
@@ -139,11 +145,11 @@ std::optional<double> error_at(const ErrorCurve& curve, std::string_view name,
   while (points_of(curve, coarse) > *points) ++coarse;
   const double error = error_of(curve, coarse, metric);
   if (points_of(curve, coarse) == *points || kLevelMetrics[metric].mixing == Mixing::kCoarser)
-    return error;
+    return if_measured(error);
   const double fine_error = error_of(curve, coarse - 1, metric);
   const double refined = (*points - points_of(curve, coarse)) /
                          (points_of(curve, coarse - 1) - points_of(curve, coarse));
-  return std::sqrt((1 - refined) * error * error + refined * fine_error * fine_error);
+  return if_measured(std::sqrt(linear(error * error, fine_error * fine_error, refined)));
 }
 
 }  // namespace cairn::pipeline

@@ -31,7 +31,7 @@ struct Metric {
 /// The names of the errors that every level has: "rms", "percentile_99", ...
 std::span<const std::string_view> level_metrics();
 
-/// One level, with its errors in the order of level_metrics().
+/// One level, with its errors in the order of level_metrics(); NaN for one that was not measured.
 struct LevelErrors {
   double points = 0;  ///< stored on the level
   std::vector<double> errors;
@@ -63,7 +63,7 @@ std::string place_words(const ErrorPlace& place);  ///< "1 level above the leave
 /// How many points are drawn there, of a dataset; nothing where that is above its root.
 std::optional<double> points_at(const ErrorCurve& curve, const ErrorPlace& place);
 
-/// An error by the name of level_metrics(); nothing above the root. Between two levels a cut refines some nodes of the
+/// An error by the name of level_metrics(); nothing above the root and where it was not measured. Between two levels a cut refines some nodes of the
 /// coarser one: its mean squared error is taken to lie on the line between both, as it does on average over the choice of
 /// nodes; of 99th percentile and largest error the coarser level's is told, which no cut between them exceeds.
 std::optional<double> error_at(const ErrorCurve& curve, std::string_view name,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -36,8 +37,10 @@ std::optional<Measured> measured_of(const Json& json) {
     measured.metrics.push_back({name, value.get<double>()});
   measured.errors.leaf_points = json.at("leaf_points").get<double>();
   for (const Json& level : json.at("levels")) {
-    measured.errors.levels.push_back(
-        {level.at("points").get<double>(), level.at("errors").get<std::vector<double>>()});
+    measured.errors.levels.push_back({level.at("points").get<double>(), {}});
+    for (const Json& error : level.at("errors"))  // JSON has null for NaN
+      measured.errors.levels.back().errors.push_back(
+          error.is_null() ? std::numeric_limits<double>::quiet_NaN() : error.get<double>());
     if (measured.errors.levels.back().errors.size() != level_metrics().size()) return std::nullopt;
   }
   return measured;

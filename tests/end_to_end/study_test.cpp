@@ -111,23 +111,23 @@ for row, result in zip(rows, results):
 }
 
 TEST_F(Study, AnInterruptedStudyGoesOn) {
-  const std::string file = study("repetitions = 4\n");
+  const std::string file = study("repetitions = 3\n");
   ASSERT_EQ(run(file).exit_code, 0);
   const Json undisturbed = timeless(result_file());
   for (const int signal : {SIGINT, SIGKILL}) {
     fs::remove_all(results());
     const Outcome stopped =
         run_program(CAIRN_PROGRAM, {"study", "--progress", "json", file, "-o", results()}, signal,
-                    "\"stage\":\"3/16 ");
+                    "\"stage\":\"3/12 ");
     EXPECT_EQ(stopped.exit_code, 128 + signal) << stopped.err;
     const auto done = runs();
     ASSERT_GE(done.size(), 2U);
-    ASSERT_LT(done.size(), 16U);
+    ASSERT_LT(done.size(), 12U);
     EXPECT_FALSE(fs::exists(fs::path(results()) / "results.json"));
     ASSERT_EQ(run(file).exit_code, 0);
     EXPECT_EQ(timeless(result_file()), undisturbed);
     const auto all = runs();
-    EXPECT_EQ(all.size(), 16U);
+    EXPECT_EQ(all.size(), 12U);
     for (const auto& [name, bytes] : done) EXPECT_EQ(all.at(name), bytes);
   }
 }

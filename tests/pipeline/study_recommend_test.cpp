@@ -169,6 +169,9 @@ TEST(ErrorCurve, BetweenTwoLevelsIsTheMeanOverTheNodesThatAreRefined) {
   EXPECT_EQ(error_at(curve, "rms", {kPoints, 5000}), 0);
   EXPECT_EQ(error_at(curve, "rms", {kPoints, 59}), std::nullopt);
   EXPECT_EQ(error_at(curve, "warmth", {kPoints, 60}), std::nullopt);
+  const ErrorCurve unmeasured{.leaf_points = 1000, .levels = {{250, {1, NAN, 5}}}};
+  EXPECT_EQ(error_at(unmeasured, "percentile_99", {kShare, 0.25}), std::nullopt);
+  EXPECT_EQ(error_at(unmeasured, "largest", {kShare, 0.25}), 5);
 }
 
 }  // namespace

@@ -66,10 +66,12 @@ TEST_F(PlotStudy, DrawsResultsWithAndWithoutPicturesAndLevels) {
 
 TEST_F(PlotStudy, WhatIsNoResultIsToldInOneLine) {
   if (python({"-c", "import matplotlib"}).exit_code != 0) GTEST_SKIP() << "no matplotlib";
-  const Outcome outcome = draw("nonsense");
-  EXPECT_EQ(outcome.exit_code, 1);
-  ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("cannot read the results"));
+  for (const char* wrong : {"nonsense", "[]", "{\"study\": 1}"}) {
+    const Outcome outcome = draw(wrong);
+    EXPECT_EQ(outcome.exit_code, 1);
+    ASSERT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("cannot read the results"));
+  }
 }
 
 }  // namespace
