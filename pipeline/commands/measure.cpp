@@ -45,7 +45,7 @@ class MeasureCommand : public DatasetCommand {
                                     .make_array = {},
                                     .progress = progress.get(),
                                     .stop = stop};
-      return stages::measure_dataset(context, dataset);
+      return stages::measure_dataset(context, dataset, stages::MeasureOptions());
     }();
     print_results(json_ ? measure_json(report) : measure_text(report, dataset_));
     if (!report.held())

@@ -137,6 +137,8 @@ LevelError level_error(const DatasetReader& dataset, Level level,
     const NodeId id = dataset.tree().id(level, i);
     error.points += dataset.record(id).point_count;
     error.bound = std::max(error.bound, dataset.record(id).bound);
+    error.cover_factor =
+        std::max(error.cover_factor, static_cast<double>(dataset.record(id).cover_factor));
     error.broken_bounds += shared.broken[formats::value_of(id)] ? 1 : 0;
   }
   for (std::size_t a = 0; a < attributes.size(); ++a) {
@@ -157,7 +159,8 @@ bool ErrorReport::held() const {
   return std::ranges::all_of(levels, [](const LevelError& l) { return l.broken_bounds == 0; });
 }
 
-ErrorReport measure_dataset(const Context& context, const DatasetReader& dataset) {
+ErrorReport measure_dataset(const Context& context, const DatasetReader& dataset,
+                            const MeasureOptions&) {
   const formats::Tree& tree = dataset.tree();
   if (dataset.header().refinement != formats::Refinement::kReplace)
     formats::throw_input({.what = "a dataset whose children add to their parent cannot be measured",
