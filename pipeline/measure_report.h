@@ -8,10 +8,11 @@
 
 namespace cairn::pipeline {
 
-/// A table of distances and one of attributes, a level a line.
+/// Tables of distances, attributes and geometry, a level a line.
 std::string measure_text(const stages::ErrorReport& report, const std::filesystem::path& folder);
 
-/// {"held": ..., "leaf_points": ..., "levels": [{"level": ..., "rms": ..., "attributes": [...], ...}], ...}
+/// {"held": ..., "leaf_points": ..., "levels": [{"level": ..., "rms": ..., "attributes": [...], "geometry": {...}, ...}],
+/// "leaves": {...}}
 std::string measure_json(const stages::ErrorReport& report);
 
 }  // namespace cairn::pipeline

@@ -6,7 +6,9 @@
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
+#include "pipeline/commands/against_flags.h"
 #include "pipeline/commands/dataset_command.h"
+#include "pipeline/commands/point_count.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/measure_report.h"
@@ -24,13 +26,26 @@ constexpr const char* kFooter =
     "recorded\n"
     "bound is what it has to be. Exit code 5 if a point is farther off than a bound allows.\n"
     "\n"
+    "A sample of the points is searched for: how far they are from the nearest point and splat of "
+    "each level,\n"
+    "how well splats cover them, and how evenly a level's own points lie. With --against, they are "
+    "taken from\n"
+    "the scans themselves, and the leaves are measured too.\n"
+    "\n"
     "Examples:\n"
     "  cairn measure site.cairn\n"
+    "  cairn measure site.cairn --sample all\n"
+    "  cairn measure site.cairn --against scan1.las scan2.ply\n"
     "  cairn measure site.cairn --json > site-error.json";
 
 class MeasureCommand : public DatasetCommand {
  public:
   explicit MeasureCommand(CLI::App& program) : DatasetCommand(program, "measure", kAbout, kFooter) {
+    parser_
+        .add_option(
+            "--sample", sample_,
+            "points that are searched for, about so many, such as 500k; all, or none [200k]")
+        ->option_text("COUNT");
     parser_.add_flag("--json", json_, "as one JSON object");
     add_threads_flag(parser_, threads_);
     add_progress_flag(parser_, progress_);
@@ -38,6 +53,12 @@ class MeasureCommand : public DatasetCommand {
 
   int run(const std::stop_token& stop) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
+    stages::MeasureOptions options;
+    options.sample = sample();
+    const stages::Scans scans = against_.open();
+    if (!scans.empty() && options.sample == 0)
+      formats::throw_usage(
+          "--against takes a sample of the scans' points: --sample none leaves none");
     const stages::ErrorReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
       const stages::Context context{.threads = threads_,
@@ -45,7 +66,8 @@ class MeasureCommand : public DatasetCommand {
                                     .make_array = {},
                                     .progress = progress.get(),
                                     .stop = stop};
-      return stages::measure_dataset(context, dataset, stages::MeasureOptions());
+      options.against = source_of(scans, dataset.header(), context);
+      return stages::measure_dataset(context, dataset, options);
     }();
     print_results(json_ ? measure_json(report) : measure_text(report, dataset_));
     if (!report.held())
@@ -56,6 +78,21 @@ class MeasureCommand : public DatasetCommand {
   }
 
  private:
+  std::uint64_t sample() const {
+    if (sample_ == "none") return 0;
+    const auto points = parse_count(sample_);
+    if (!points)
+      throw formats::Error(formats::ErrorKind::kUsage,
+                           {.what = "--sample",
+                            .found = "'" + sample_ + "'",
+                            .expected = "a number of points such as 500k or 3M, all, or none"});
+    return *points;
+  }
+
+  AgainstFlags against_{parser_,
+                        "take the sample from the scans that it was built from, or that a "
+                        "configuration file names"};
+  std::string sample_ = "200k";
   bool json_ = false;
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   std::string progress_ = "auto";
