@@ -14,6 +14,9 @@
 #include "pipeline/measure_report.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
+#include "pipeline/scene_file.h"
+#include "stages/parallel.h"
+#include "stages/simulate/surface_distance.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -36,6 +39,7 @@ constexpr const char* kFooter =
     "  cairn measure site.cairn\n"
     "  cairn measure site.cairn --sample all\n"
     "  cairn measure site.cairn --against scan1.las scan2.ply\n"
+    "  cairn measure courtyard.cairn --scene configs/scenes/courtyard_clear.toml\n"
     "  cairn measure site.cairn --json > site-error.json";
 
 class MeasureCommand : public DatasetCommand {
@@ -46,6 +50,12 @@ class MeasureCommand : public DatasetCommand {
             "--sample", sample_,
             "points that are searched for, about so many, such as 500k; all, or none [200k]")
         ->option_text("COUNT");
+    parser_
+        .add_option(
+            "--scene", scene_,
+            "the scene that `cairn simulate` made the scans of: also measure how far points "
+            "are from its surfaces")
+        ->option_text("SCENE.toml");
     parser_.add_flag("--json", json_, "as one JSON object");
     add_threads_flag(parser_, threads_);
     add_progress_flag(parser_, progress_);
@@ -56,9 +66,17 @@ class MeasureCommand : public DatasetCommand {
     stages::MeasureOptions options;
     options.sample = sample();
     const stages::Scans scans = against_.open();
-    if (!scans.empty() && options.sample == 0)
-      formats::throw_usage(
-          "--against takes a sample of the scans' points: --sample none leaves none");
+    if (options.sample == 0 && !(scans.empty() && scene_.empty()))
+      formats::throw_usage("--against and --scene measure a sample: --sample none leaves none");
+    std::optional<SceneFile> scene;
+    std::optional<stages::SurfaceDistance> surface;
+    if (!scene_.empty()) {
+      scene = read_scene(scene_);
+      stages::run_in_arena(threads_, [&] { surface.emplace(scene->scene.objects); });
+      options.true_distance = [&](const formats::WorldPoint& place) {
+        return surface->distance(place);
+      };
+    }
     const stages::ErrorReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
       const stages::Context context{.threads = threads_,
@@ -93,6 +111,7 @@ class MeasureCommand : public DatasetCommand {
                         "take the sample from the scans that it was built from, or that a "
                         "configuration file names"};
   std::string sample_ = "200k";
+  std::string scene_;
   bool json_ = false;
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   std::string progress_ = "auto";

@@ -10,6 +10,8 @@
 
 namespace cairn::stages {
 
+class ObjectHierarchy;
+
 /// What a ray hit, in world axes.
 struct Hit {
   double distance = kNoHit;
@@ -37,8 +39,7 @@ class RayCaster {
                           const Vector3* start = nullptr) const;
 
  private:
-  struct Hierarchy;
-  std::unique_ptr<Hierarchy> hierarchy_;
+  std::unique_ptr<ObjectHierarchy> hierarchy_;
 };
 
 }  // namespace cairn::stages

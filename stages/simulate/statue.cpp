@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "formats/error.h"
+
 namespace cairn::stages {
 namespace {
 
@@ -247,6 +249,10 @@ double Statue::first_root(const Ray& ray, double begin, double end, Parts parts)
     return high;
   }
   return kNoHit;
+}
+
+double Statue::distance(std::size_t, const Vector3&) const {
+  formats::throw_check("knows_distance()", __FILE__, __LINE__);
 }
 
 Vector3 Statue::normal(std::size_t piece, const Vector3& point) const {

@@ -22,6 +22,8 @@ class Statue final : public Shape {
   Box bounds(std::size_t piece) const override;
   double intersect(std::size_t piece, const Ray& ray) const override;
   Vector3 normal(std::size_t piece, const Vector3& point) const override;
+  double distance(std::size_t piece, const Vector3& point) const override;
+  bool knows_distance() const override { return false; }
 
   /// In units of length, by the definition above.
   double field(const Vector3& point) const { return height_ * value(point * (1 / height_), kAll); }

@@ -337,6 +337,85 @@ TEST_F(MeasuredGeometry, PointsAtOnePlaceHaveNoSpacing) {
   }
 }
 
+std::vector<GridPoint> at_random(std::size_t count, std::int32_t side, GridPoint first,
+                                 unsigned seed) {
+  std::vector<GridPoint> points = random_points(count, static_cast<std::uint32_t>(side), seed);
+  for (GridPoint& p : points) p = {first[0] + p[0], first[1] + p[1], first[2]};
+  return points;
+}
+
+TEST_F(MeasuredGeometry, FromALatticeARandomPlaceIsASixthOfItsCellAway) {
+  test::SmallBuild points{.points = lattice(40, 10'000), .node_points = 400};
+  const auto path = build(points);
+  const SurfaceError leaves =
+      measure_queries(path, at_random(1600, 39 * 10'000, origin_of(path), 4))
+          .leaves.surface.value();
+  // Mean square of a square cell: 1/6; its standard deviation is sqrt(1/90), and 1,600 were taken.
+  const double mean_square = std::pow(leaves.nearest.rms / 10'000, 2);
+  EXPECT_NEAR(mean_square, 1.0 / 6, 4 * std::sqrt(1.0 / 90 / 1600));
+  EXPECT_LE(leaves.nearest.largest, 10'000 * std::sqrt(0.5));
+}
+
+/// Points at random in a square of `side` steps, tilted about two axes.
+std::vector<GridPoint> tilted_plane(std::size_t count, double side, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> along(0, side);
+  const double u[3] = {0.8, 0.36, 0.48}, v[3] = {-0.6, 0.48, 0.64};
+  std::vector<GridPoint> points(count);
+  for (GridPoint& p : points) {
+    const double a = along(random), b = along(random);
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = static_cast<std::int32_t>(std::lround(a * u[k] + b * v[k]));
+  }
+  return points;
+}
+
+/// RMS distance, over that of hexagons, from the nearest of points that lie at random: sqrt(A / (pi k)).
+const double kRandomOverLimit = std::sqrt(18 * std::numbers::sqrt3 / (5 * std::numbers::pi));
+
+/// RMS distances on the root, over that of the best there is: the centers of regular hexagons, from which the points of
+/// a plane are sqrt(5 / (18 sqrt(3)) A / k), for k of them on an area A.
+struct OverLimit {
+  double assigned, nearest;
+};
+
+class LongMeasuredPlane : public MeasuredGeometry {
+ protected:
+  OverLimit measure_plane(const std::string& reducer) {
+    constexpr std::size_t kPoints = std::size_t{1} << 20;
+    constexpr double kSide = 2e7, kScale = 1e-4;
+    const auto path = build({.points = tilted_plane(kPoints, kSide, 3),
+                             .scale = {kScale, kScale, kScale},
+                             .offset = {5e5, 5e6, 300},
+                             .node_points = kPoints / 64,
+                             .reducer = reducer});
+    const ErrorReport report = measure(path, {.sample = 100'000});
+    EXPECT_EQ(report.levels.size(), 3U);
+    const LevelError& root = report.levels.front();
+    EXPECT_EQ(root.points, kPoints / 64);
+    const double area = kSide * kScale * kSide * kScale;
+    const double limit =
+        std::sqrt(5 / (18 * std::numbers::sqrt3) * area / static_cast<double>(root.points));
+    RecordProperty(reducer + "_assigned", std::to_string(root.rms / limit));
+    RecordProperty(reducer + "_nearest",
+                   std::to_string(root.geometry.surface.value().nearest.rms / limit));
+    return {root.rms / limit, root.geometry.surface.value().nearest.rms / limit};
+  }
+};
+
+TEST_F(LongMeasuredPlane, ClustersAreNearerToHexagonsThanPointsOfAnEvenGridOfRuns) {
+  const OverLimit cluster = measure_plane("cluster");
+  EXPECT_GE(cluster.nearest, 1);
+  EXPECT_GE(cluster.assigned, cluster.nearest);
+  for (const char* reducer : {"first", "random"}) {
+    const OverLimit picked = measure_plane(reducer);
+    EXPECT_GT(picked.nearest, cluster.nearest) << reducer;
+    EXPECT_GT(picked.assigned, cluster.assigned) << reducer;
+    // One of each run along a curve: more even than any of all.
+    EXPECT_LT(picked.nearest, kRandomOverLimit) << reducer;
+  }
+}
+
 // --- Samples --------------------------------------------------------------------------------------
 
 void expect_equal(const SurfaceError& a, const SurfaceError& b) {
