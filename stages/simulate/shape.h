@@ -42,9 +42,8 @@ class Shape {
   /// Unit normal of the piece at a point on it; of a closed shape it looks outwards.
   virtual Vector3 normal(std::size_t piece, const Vector3& point) const = 0;
 
-  /// Distance of a point from the surface of this piece, from the inside of a closed one too, where knows_distance(). Any thread.
+  /// Distance of a point from the surface of this piece, from the inside of a closed one too. Any thread.
   virtual double distance(std::size_t piece, const Vector3& point) const = 0;
-  virtual bool knows_distance() const { return true; }
 
   Box whole() const;
 };

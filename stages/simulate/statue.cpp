@@ -8,8 +8,6 @@
 #include <array>
 #include <cmath>
 
-#include "formats/error.h"
-
 namespace cairn::stages {
 namespace {
 
@@ -57,6 +55,9 @@ constexpr Vector3 kCorner{-0.5 * kCellsAcross * kCell, -0.5 * kCellsAcross* kCel
 constexpr std::uint32_t kCellsUp = kCells + 12;
 /// Two changes of sign closer than this may be missed where a ray grazes the surface.
 constexpr double kLeastStep = kCell / 200;
+
+/// The field of what counts as on the surface.
+constexpr double kOnSurface = 1e-12;
 
 /// The centre of the ball of the cone that is nearest to `p`, and its radius.
 struct Ball {
@@ -251,8 +252,36 @@ double Statue::first_root(const Ray& ray, double begin, double end, Parts parts)
   return kNoHit;
 }
 
-double Statue::distance(std::size_t, const Vector3&) const {
-  formats::throw_check("knows_distance()", __FILE__, __LINE__);
+/// Newton's method, along the gradient. Where the field is 0 as far as digits go; it may end elsewhere.
+Vector3 Statue::onto_surface(Vector3 p) const {
+  for (int round = 0; round < 8; ++round) {
+    const double field = value(p, kAll);
+    if (std::fabs(field) < kOnSurface) break;
+    const Vector3 slope = gradient(p, kAll);
+    p = p - slope * (field / std::max(dot(slope, slope), 0.1));
+  }
+  return p;
+}
+
+double Statue::distance(std::size_t piece, const Vector3& point) const {
+  const Vector3 p = point * (1 / height_);
+  const Box box = bounds(piece);
+  Vector3 q;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    q[axis] = std::clamp(point[axis], box.min[axis], box.max[axis]) / height_;
+  double nearest = kNoHit;
+  for (int round = 0; round < 40; ++round) {
+    q = onto_surface(q);
+    const Vector3 away = p - q;
+    if (std::fabs(value(q, kAll)) < kOnSurface) nearest = std::min(nearest, length(away));
+    const Vector3 normal = normalised(gradient(q, kAll));
+    const Vector3 aside = away - normal * dot(away, normal);
+    // Along the surface towards the point; bumps would throw longer steps off.
+    const double step = std::min(0.5, kCell / 8 / std::max(length(aside), kOnSurface));
+    if (length(aside) <= 1e-7 * length(away) + kOnSurface) break;
+    q = q + aside * step;
+  }
+  return height_ * nearest;
 }
 
 Vector3 Statue::normal(std::size_t piece, const Vector3& point) const {

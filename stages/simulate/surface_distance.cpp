@@ -42,12 +42,8 @@ Vector3 middle_of(const std::vector<SceneObject>& objects) {
 }  // namespace
 
 SurfaceDistance::SurfaceDistance(const std::vector<SceneObject>& objects)
-    : origin_(middle_of(objects)) {
-  for (const SceneObject& object : objects)
-    if (!object.shape->knows_distance())
-      formats::throw_usage("distances from a statue are not known");
-  hierarchy_ = std::make_unique<ObjectHierarchy>(objects, origin_, nullptr);
-}
+    : origin_(middle_of(objects)),
+      hierarchy_(std::make_unique<ObjectHierarchy>(objects, origin_, nullptr)) {}
 
 SurfaceDistance::~SurfaceDistance() = default;
 

@@ -14,8 +14,7 @@ class ObjectHierarchy;
 /// hierarchy of bounding boxes only chooses candidates; distances are computed by the shapes, in double.
 class SurfaceDistance {
  public:
-  /// At least one object; they must outlive it. Throws Error (kUsage) for an object whose shape does not know distances, and as
-  /// ObjectHierarchy does.
+  /// At least one object; they must outlive it. Throws as ObjectHierarchy does.
   explicit SurfaceDistance(const std::vector<SceneObject>& objects);
   ~SurfaceDistance();
   SurfaceDistance(const SurfaceDistance&) = delete;

@@ -98,12 +98,12 @@ TEST_F(Measure, AgainstItsScansItTellsWhatQuantisationMoved) {
 
 TEST_F(Measure, AgainstItsSceneItTellsHowFarPointsAreFromTheTrueSurface) {
   const std::string scene = folder_.write("scene.toml", R"toml(
-[[objects]]
+[[object]]
 type = "sphere"
-radius = 2
-[[stations]]
-position = [5, 0, 0]
-points = 20000
+radius = 2.0
+[[station]]
+position = [5.0, 0.0, 0.0]
+counts = [1600, 500]
 )toml");
   const Outcome made = cairn({"simulate", scene, "-o", folder_ / "ball", "--progress", "none"});
   ASSERT_EQ(made.exit_code, 0) << made.err;

@@ -8,7 +8,6 @@
 #include <functional>
 #include <random>
 
-#include "formats/error.h"
 #include "stages/simulate/statue.h"
 
 namespace cairn::stages {
@@ -148,9 +147,31 @@ TEST(SurfaceDistance, OfManyObjectsFarFromTheOriginIsTheLeast) {
   }
 }
 
-TEST(SurfaceDistance, AStatueIsRefused) {
-  const std::vector<SceneObject> objects{object_at(std::make_shared<Statue>(2), {0, 0, 0})};
-  EXPECT_THROW(SurfaceDistance surface(objects), formats::Error);
+TEST(SurfaceDistance, OfAStatueAlongItsNormalIsTheWay) {
+  const auto statue = std::make_shared<Statue>(2);
+  const std::vector<SceneObject> objects{object_at(statue, {0, 0, 0})};
+  const SurfaceDistance surface(objects);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> height(0.1, 1.8), angle(-3, 3);
+  int hits = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double a = angle(random);
+    const Vector3 from{3 * std::cos(a), 3 * std::sin(a), height(random)};
+    const Ray ray{from, normalised(Vector3{0, 0, from[2]} - from)};
+    for (std::size_t piece = 0; piece < statue->pieces(); ++piece) {
+      const double t = statue->intersect(piece, ray);
+      if (t == kNoHit) continue;
+      const Vector3 hit = ray.origin + ray.direction * t;
+      // The sharpest bumps have a radius of 12 mm a metre of height.
+      for (const double way : {0.001, -0.001, 0.0})
+        EXPECT_NEAR(surface.distance(hit + statue->normal(piece, hit) * way), std::fabs(way), 1e-7);
+      ++hits;
+      break;
+    }
+  }
+  EXPECT_GT(hits, 30);
+  for (const Vector3& far : {Vector3{3, 1, 1}, Vector3{0, 0, 4}, Vector3{0.1, -2, 0.5}})
+    EXPECT_GE(surface.distance(far), statue->field(far) / Statue::steepest());
 }
 
 }  // namespace
