@@ -56,6 +56,9 @@ constexpr std::uint32_t kCellsUp = kCells + 12;
 /// Two changes of sign closer than this may be missed where a ray grazes the surface.
 constexpr double kLeastStep = kCell / 200;
 
+/// About the largest curvature, that of the grain: amplitude times frequency squared.
+constexpr double kSharpest = 81;
+
 /// The field of what counts as on the surface.
 constexpr double kOnSurface = 1e-12;
 
@@ -270,16 +273,17 @@ double Statue::distance(std::size_t piece, const Vector3& point) const {
   for (std::size_t axis = 0; axis < 3; ++axis)
     q[axis] = std::clamp(point[axis], box.min[axis], box.max[axis]) / height_;
   double nearest = kNoHit;
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < 24; ++round) {
     q = onto_surface(q);
     const Vector3 away = p - q;
-    if (std::fabs(value(q, kAll)) < kOnSurface) nearest = std::min(nearest, length(away));
+    const double size = length(away);
+    if (std::fabs(value(q, kAll)) < kOnSurface) nearest = std::min(nearest, size);
     const Vector3 normal = normalised(gradient(q, kAll));
     const Vector3 aside = away - normal * dot(away, normal);
-    // Along the surface towards the point; bumps would throw longer steps off.
-    const double step = std::min(0.5, kCell / 8 / std::max(length(aside), kOnSurface));
-    if (length(aside) <= 1e-7 * length(away) + kOnSurface) break;
-    q = q + aside * step;
+    // What is left of the way enters the distance by its square.
+    if (length(aside) <= 1e-4 * size + kOnSurface) break;
+    // Along the surface towards the point, the less far the more it may bend meanwhile.
+    q = q + aside * std::min(1 / (1 + kSharpest * size), kCell / 8 / length(aside));
   }
   return height_ * nearest;
 }
