@@ -13,7 +13,8 @@ namespace cairn::pipeline {
 
 class AgainstFlags {
  public:
-  /// Adds --against, with its help, and what a build must know of its scans beside their files. Must outlive the parser.
+  /// Adds --against, with its help, and what a build must know of its scans beside their files. Must outlive the
+  /// parser.
   AgainstFlags(CLI::App& parser, const char* help);
 
   /// None if none are given. Throws Error: kUsage for flags that do not fit together, and as open_campaign does.

@@ -7,13 +7,13 @@
 
 namespace cairn::stages {
 
-/// Squared ratio of a distance to a radius: the square of the factor by which the radius just reaches. Infinite of a radius 0
-/// that does not.
+/// Squared ratio of a distance to a radius: the square of the factor by which the radius just reaches. Infinite of a
+/// radius 0 that does not.
 double squared_need(double squared_distance, double radius);
 
-/// Counts all splats whose spheres hold the query, and finds the least need of all splats of the level. The search is exact:
-/// what lies no nearer than d, with radii up to w, needs d / w, so nodes are left out where that is above 1 and no less than the
-/// least need so far.
+/// Counts all splats whose spheres hold the query, and finds the least need of all splats of the level. The search is
+/// exact: what lies no nearer than d, with radii up to w, needs d / w, so nodes are left out where that is above 1
+/// and no less than the least need so far.
 class CoverSearch final : public SplatSink {
  public:
   /// `squared_need`: of any splat of the level, so that the search is short.

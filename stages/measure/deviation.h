@@ -1,5 +1,5 @@
-// How far values are from what stands for them, summed up over many points: their number, RMS, largest, and the distance
-// that all but a share of them stay within.
+// How far values are from what stands for them, summed up over many points: their number, RMS, largest, and the
+// distance that all but a share of them stay within.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace cairn::stages {
 
-/// Number, sums of squares and of their squares, and largest. Sums of doubles depend on the order in which they are put together.
+/// Number, sums of squares and of their squares, and largest. Sums of doubles depend on the order in which they are
+/// put together.
 class Deviation {
  public:
   /// `square` is finite and not negative.
@@ -23,8 +24,9 @@ class Deviation {
 
   std::uint64_t count() const { return count_; }
   double rms() const;  ///< 0 of none
-  /// Where the RMS of all is, if these are a sample of at least two: the mean square is taken to be normally distributed, with
-  /// its variance estimated from the sample: m +- z sqrt((f - m^2) / (n - 1)), f the mean fourth power.
+  /// Where the RMS of all is, if these are a sample of at least two: the mean square is taken to be normally
+  /// distributed, with its variance estimated from the sample: m +- z sqrt((f - m^2) / (n - 1)), f the mean fourth
+  /// power.
   Interval rms_interval() const;
   double largest() const;
 
@@ -35,10 +37,10 @@ class Deviation {
   double largest_square_ = 0;
 };
 
-/// Where the share of all is, of `taken` of a sample of `count` (at least one): Wilson's interval, which stays inside 0 to 1.
-/// Based on: Edwin B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the
-/// American Statistical Association 22(158), 1927:
-/// (p + z^2 / 2n +- z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n).
+/// Where the share of all is, of `taken` of a sample of `count` (at least one): Wilson's interval, which stays inside
+/// 0 to 1. Based on: Edwin B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal
+/// of the American Statistical Association 22(158), 1927: (p + z^2 / 2n +- z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 +
+/// z^2 / n).
 Interval share_interval(std::uint64_t taken, std::uint64_t count);
 
 /// Counts of squares by magnitude, 256 bins to a factor of two: order-free, and quantiles of the deviations to 0.2 %.
@@ -50,7 +52,8 @@ class DeviationHistogram {
   }
   void add(const DeviationHistogram& other);
 
-  /// A deviation that at least `share` (0 to 1) of those added do not exceed, and that fewer stay 0.2 % below. 0 of none.
+  /// A deviation that at least `share` (0 to 1) of those added do not exceed, and that fewer stay 0.2 % below. 0 of
+  /// none.
   double quantile(double share) const;
 
  private:

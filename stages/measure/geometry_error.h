@@ -1,5 +1,5 @@
-// What measure finds of the geometry of a level: how far its splats are from the points that they stand for, how well they
-// cover them, how evenly they lie, and how far they are from a surface that is known.
+// What measure finds of the geometry of a level: how far its splats are from the points that they stand for, how well
+// they cover them, how evenly they lie, and how far they are from a surface that is known.
 #pragma once
 
 #include <cstdint>

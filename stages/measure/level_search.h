@@ -41,7 +41,8 @@ class LevelSearch {
   LevelSearch(const formats::DatasetReader& dataset, const SearchedLevel& level, SplatCache& cache)
       : dataset_(dataset), level_(level), cache_(cache) {}
 
-  /// Offers the sink all splats of the level that it wants. What is found depends on nothing but the dataset and the query.
+  /// Offers the sink all splats of the level that it wants. What is found depends on nothing but the dataset and the
+  /// query.
   void search(const formats::GridPoint& query, SplatSink& sink);
 
  private:

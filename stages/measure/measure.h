@@ -36,7 +36,8 @@ struct AttributeError {
   double largest = 0;
 };
 
-/// Lengths in world units. Distances are those of leaf points from the points that stand for them, both as they are stored.
+/// Lengths in world units. Distances are those of leaf points from the points that stand for them, both as they are
+/// stored.
 struct LevelError {
   formats::Level level = 0;
   std::uint64_t nodes = 0;
@@ -61,8 +62,8 @@ struct ErrorReport {
   bool held() const;
 };
 
-/// Memory: for each thread a path of decoded nodes from the root to a leaf. Throws Error: kInput where bytes are damaged,
-/// kSystem where reading fails; and Stopped.
+/// Memory: for each thread a path of decoded nodes from the root to a leaf. Throws Error: kInput where bytes are
+/// damaged, kSystem where reading fails; and Stopped.
 ErrorReport measure_dataset(const Context& context, const formats::DatasetReader& dataset,
                             const MeasureOptions& options);
 

@@ -9,12 +9,13 @@
 
 namespace cairn::stages {
 
-/// Distance, in world units, of a point from a splat: with a normal the disc around its center, else its sphere's inside.
+/// Distance, in world units, of a point from a splat: with a normal the disc around its center, else its sphere's
+/// inside.
 double distance_to(const Splat& splat, const std::array<double, 3>& step,
                    const formats::GridPoint& point);
 
-/// The kNearest sites nearest to the query. Of splats at one position of a node the widest counts. The nearest splat is looked
-/// for among these: one whose center is farther than theirs could lie nearer, if it is wide enough.
+/// The kNearest sites nearest to the query. Of splats at one position of a node the widest counts. The nearest splat
+/// is looked for among these: one whose center is farther than theirs could lie nearer, if it is wide enough.
 class NearestSplats final : public SplatSink {
  public:
   static constexpr std::size_t kNearest = 8;

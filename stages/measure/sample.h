@@ -1,5 +1,5 @@
-// Which points are measured where not all are: chosen by a hash, so that the choice follows from the dataset or the scans
-// alone, and not from the order in which threads come to them.
+// Which points are measured where not all are: chosen by a hash, so that the choice follows from the dataset or the
+// scans alone, and not from the order in which threads come to them.
 #pragma once
 
 #include <cstdint>
@@ -36,14 +36,14 @@ struct PointSample {
   std::function<std::vector<formats::GridPoint>(std::uint64_t batch)> batch;  ///< from any thread
 };
 
-/// About `wanted` of the points that a level stores, a node a batch, read when a batch is asked for. `dataset` must outlive
-/// the sample.
+/// About `wanted` of the points that a level stores, a node a batch, read when a batch is asked for. `dataset` must
+/// outlive the sample.
 PointSample sample_of_level(const formats::DatasetReader& dataset, formats::Level level,
                             std::uint64_t wanted);
 
-/// About `wanted` of the points of the scans, on the dataset's grid, by a hash of their records: of records that are equal in
-/// all, all are taken or none. Held in memory, 12 bytes a point; throws Error (kUsage) where that is more than a quarter of
-/// the context's.
+/// About `wanted` of the points of the scans, on the dataset's grid, by a hash of their records: of records that are
+/// equal in all, all are taken or none. Held in memory, 12 bytes a point; throws Error (kUsage) where that is more
+/// than a quarter of the context's.
 PointSample sample_of_scans(const Context& context, const formats::DatasetReader& dataset,
                             const RecordSource& scans, std::uint64_t wanted);
 

@@ -14,8 +14,8 @@ namespace {
 
 using formats::GridPoint;
 
-/// Number, mean and sum of squared deviations from the mean, which do not suffer where these are small.
-/// Based on: Tony F. Chan, Gene H. Golub, Randall J. LeVeque, "Algorithms for computing the sample variance", The American
+/// Number, mean and sum of squared deviations from the mean, which do not suffer where these are small. Based on:
+/// Tony F. Chan, Gene H. Golub, Randall J. LeVeque, "Algorithms for computing the sample variance", The American
 /// Statistician 37(3), 1983: the update of two samples' sums.
 struct Spread {
   double count = 0, mean = 0, squares = 0;

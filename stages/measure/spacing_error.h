@@ -10,8 +10,8 @@
 
 namespace cairn::stages {
 
-/// Of about `wanted` stored points of a level: `spacing` and, if `true_distance` is given, `truth`. Tells the progress of each
-/// point. Throws as DatasetReader::read_node, and Stopped.
+/// Of about `wanted` stored points of a level: `spacing` and, if `true_distance` is given, `truth`. Tells the
+/// progress of each point. Throws as DatasetReader::read_node, and Stopped.
 GeometryError measure_stored(
     const Context& context, const formats::DatasetReader& dataset, formats::Level level,
     std::uint64_t wanted, SplatCache& cache,

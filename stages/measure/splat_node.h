@@ -18,8 +18,8 @@ struct Splat {
   formats::Normal normal{};  ///< of any length; zero: none
 };
 
-/// A node's splats in classes of like radii, by factors of two from the widest down, so that a search for those that reach
-/// a place need not look as far for all as the widest one reaches. Splats at one position are one site.
+/// A node's splats in classes of like radii, by factors of two from the widest down, so that a search for those that
+/// reach a place need not look as far for all as the widest one reaches. Splats at one position are one site.
 class SplatNode {
  public:
   struct Site {

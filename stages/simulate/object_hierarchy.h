@@ -40,9 +40,10 @@ class ObjectHierarchy {
  public:
   using Intersect = void (*)(const RTCIntersectFunctionNArguments*);
 
-  /// Boxes, in single precision, are as seen from `origin`. `objects` must outlive it; the numbers of Embree's geometries
-  /// are theirs, and their user data are the targets. `intersect` may be null if no rays are cast. Uses the threads of the
-  /// arena that it is called in. Throws std::bad_alloc, and Error (kInvariant) if it cannot be built for another reason.
+  /// Boxes, in single precision, are as seen from `origin`. `objects` must outlive it; the numbers of Embree's
+  /// geometries are theirs, and their user data are the targets. `intersect` may be null if no rays are cast. Uses
+  /// the threads of the arena that it is called in. Throws std::bad_alloc, and Error (kInvariant) if it cannot be
+  /// built for another reason.
   ObjectHierarchy(const std::vector<SceneObject>& objects, const Vector3& origin,
                   Intersect intersect);
   ~ObjectHierarchy();

@@ -48,8 +48,8 @@ Stretch ball(const Vector3& origin, const Vector3& direction, double radius) {
   return {nearest - half, nearest + half};
 }
 
-/// From the skin of a solid, by how far outside (above 0) or inside a point is of the slabs, or the like, that it is the
-/// common part of, at right angles to each other.
+/// From the skin of a solid, by how far outside (above 0) or inside a point is of the slabs, or the like, that it is
+/// the common part of, at right angles to each other.
 template <std::size_t Count>
 double skin_distance(const std::array<double, Count>& outside) {
   double square = 0, least_inside = -kNoHit;

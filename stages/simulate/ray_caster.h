@@ -34,7 +34,8 @@ class RayCaster {
   RayCaster& operator=(const RayCaster&) = delete;
 
   /// The nearest hit no farther than `max_range` along a direction of length 1, in world axes, of a ray that starts
-  /// at `start` from the origin, or there if that is nullptr. (Candidates are chosen to about 1e-7 of that way.) Any thread.
+  /// at `start` from the origin, or there if that is nullptr. (Candidates are chosen to about 1e-7 of that way.) Any
+  /// thread.
   std::optional<Hit> cast(const Vector3& direction, double max_range,
                           const Vector3* start = nullptr) const;
 

@@ -22,8 +22,8 @@ class Statue final : public Shape {
   Box bounds(std::size_t piece) const override;
   double intersect(std::size_t piece, const Ray& ray) const override;
   Vector3 normal(std::size_t piece, const Vector3& point) const override;
-  /// Of a place on the surface to which the way from the piece's box leads towards the point: never less than the distance
-  /// from the surface, and that itself where the point is nearer than the folds and the grain are narrow.
+  /// Of a place on the surface to which the way from the piece's box leads towards the point: never less than the
+  /// distance from the surface, and that itself where the point is nearer than the folds and the grain are narrow.
   double distance(std::size_t piece, const Vector3& point) const override;
 
   /// In units of length, by the definition above.
