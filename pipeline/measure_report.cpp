@@ -4,7 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/geometry_report.h"
 #include "pipeline/human.h"
+#include "pipeline/json_number.h"
 #include "pipeline/picture_report.h"
 
 namespace cairn::pipeline {
@@ -72,7 +74,24 @@ Json level_json(const LevelError& level) {
           {"largest", level.largest},
           {"bound", level.bound},
           {"broken_bounds", level.broken_bounds},
-          {"attributes", std::move(attributes)}};
+          {"cover_factor", finite_or_null(level.cover_factor)},
+          {"attributes", std::move(attributes)},
+          {"geometry", geometry_json(level.geometry)}};
+}
+
+/// How many points were searched for, and where they are from.
+std::string sample_line(const stages::ErrorReport& report) {
+  const auto& surface =
+      report.levels.empty() ? report.leaves.surface : report.levels.front().geometry.surface;
+  if (!surface) return {};
+  const char* from = report.leaves.surface ? "the scans" : "the leaves";
+  if (!surface->nearest.rms_interval)
+    return fmt::format("  all {} of {} searched for on each level\n",
+                       count_of(surface->sampled, "point"), from);
+  return fmt::format(
+      "  {} of {} searched for on each level; of all points the figures are within the "
+      "ranges with 95 %\n",
+      count_of(surface->sampled, "point"), from);
 }
 
 }  // namespace
@@ -85,8 +104,12 @@ std::string measure_text(const stages::ErrorReport& report, const std::filesyste
               ? "  leaves hold the positions of their input\n"
               : fmt::format("  leaves hold positions at most {} from those of their input\n",
                             significant(report.leaf_displacement, kDigits));
-  if (report.levels.empty()) return text + "  there is no level above the leaves\n";
-  return text + distance_table(report.levels) + attribute_table(report.levels);
+  text += sample_line(report);
+  if (report.levels.empty())
+    text += "  there is no level above the leaves\n";
+  else
+    text += distance_table(report.levels) + attribute_table(report.levels);
+  return text + geometry_text(report);
 }
 
 std::string measure_json(const stages::ErrorReport& report, const PictureReport* pictures) {
@@ -95,7 +118,8 @@ std::string measure_json(const stages::ErrorReport& report, const PictureReport*
   Json json{{"held", report.held()},
             {"leaf_points", report.leaf_points},
             {"leaf_displacement", report.leaf_displacement},
-            {"levels", std::move(levels)}};
+            {"levels", std::move(levels)},
+            {"leaves", geometry_json(report.leaves)}};
   if (pictures != nullptr) json["pictures"] = pictures_json(*pictures);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -9,11 +9,11 @@
 
 namespace cairn::pipeline {
 
-/// A table of distances and one of attributes, a level a line.
+/// Tables of distances, attributes and geometry, a level a line.
 std::string measure_text(const stages::ErrorReport& report, const std::filesystem::path& folder);
 
-/// {"held": ..., "leaf_points": ..., "levels": [{"level": ..., "rms": ..., "attributes": [...], ...}], ...}
-/// With pictures, what pictures_json tells of them stands under "pictures".
+/// {"held": ..., "leaf_points": ..., "levels": [{"level": ..., "rms": ..., "attributes": [...], "geometry": {...},
+/// ...}], "leaves": {...}}. With pictures, what pictures_json tells of them stands under "pictures".
 std::string measure_json(const stages::ErrorReport& report,
                          const PictureReport* pictures = nullptr);
 

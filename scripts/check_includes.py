@@ -18,7 +18,7 @@ MAY_INCLUDE = {
     "viewer": {"formats", "viewer"},
     "pipeline": {"formats", "stages", "viewer", "pipeline"},
 }
-SHARED = {"context", "node_path", "parallel"}
+SHARED = {"context", "node_path", "parallel", "position_index"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 
 

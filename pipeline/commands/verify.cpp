@@ -5,16 +5,14 @@
 #include <thread>
 
 #include "formats/dataset/dataset_reader.h"
-#include "formats/dataset/digest.h"
 #include "formats/error.h"
-#include "pipeline/campaign.h"
+#include "pipeline/commands/against_flags.h"
 #include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
 #include "pipeline/verify_report.h"
-#include "stages/import/import.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -35,13 +33,6 @@ constexpr const char* kFooter =
 class VerifyCommand : public DatasetCommand {
  public:
   explicit VerifyCommand(CLI::App& program) : DatasetCommand(program, "verify", kAbout, kFooter) {
-    parser_
-        .add_option("--against", against_,
-                    "the scans that it was built from, or the configuration file that names them")
-        ->option_text("SCANS");
-    // What a build must know of its scans beside their files.
-    for (const char* key : {"folder", "poses", "poses_tell", "allow_truncated", "columns"})
-      flags_.push_back(declare_flag(parser_, *find_setting(key)));
     parser_.add_flag("--json", json_, "report as one JSON object");
     add_threads_flag(parser_, threads_);
     add_progress_flag(parser_, progress_);
@@ -49,7 +40,7 @@ class VerifyCommand : public DatasetCommand {
 
   int run(const std::stop_token& stop) override {
     const auto dataset = formats::DatasetReader::open(dataset_);
-    const stages::Scans scans = open_against();
+    const stages::Scans scans = against_.open();
     const stages::VerifyReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
       stages::Context context{.threads = threads_,
@@ -66,40 +57,8 @@ class VerifyCommand : public DatasetCommand {
   }
 
  private:
-  /// The scans of --against: files, or a configuration file that names them.
-  stages::Scans open_against() const {
-    SettingLayer flags = given_flags(flags_);
-    if (against_.empty()) {
-      if (!flags.empty())
-        formats::throw_usage(flags.begin()->second.origin + " tells of scans: --against them");
-      return {};
-    }
-    std::optional<std::filesystem::path> config;
-    if (std::any_of(against_.begin(), against_.end(),
-                    [](const std::string& path) { return path.ends_with(".toml"); })) {
-      if (against_.size() > 1)
-        formats::throw_usage("--against takes one configuration file, or scans");
-      config = against_.front();
-    }
-    if (!config) flags["scans"] = {against_, "--against"};
-    CampaignOptions campaign = resolve_campaign(flags, config);
-    campaign.memory_bytes = memory_budget(0, machine_memory_bytes());
-    return open_campaign(campaign);
-  }
-
-  /// The scans' points as the dataset's own records; nothing if no scans are given.
-  static std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
-                                                       const formats::DatasetHeader& header,
-                                                       const stages::Context& context) {
-    if (scans.empty()) return std::nullopt;
-    return [&scans, &header, &context](const stages::RecordSink& sink) {
-      stages::stream_canonical_records(scans, formats::digest_schema(header), header.grid, context,
-                                       sink);
-    };
-  }
-
-  std::vector<std::string> against_;
-  std::vector<Flag> flags_;
+  AgainstFlags against_{
+      parser_, "the scans that it was built from, or the configuration file that names them"};
   bool json_ = false;
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   std::string progress_ = "auto";

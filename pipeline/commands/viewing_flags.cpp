@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
-#include <cmath>
 
 #include "formats/error.h"
+#include "pipeline/commands/point_count.h"
 #include "pipeline/memory_budget.h"
 
 namespace cairn::pipeline {
@@ -19,20 +19,6 @@ namespace {
 std::optional<bool> switch_of(const std::string& text) {
   if (text == "auto") return std::nullopt;
   return text == "on";
-}
-
-/// "3M", "65k", "1.5M", "250000" or "all".
-std::optional<std::uint64_t> parse_count(const std::string& text) {
-  if (text == "all") return viewer::SelectionLimits::kUnlimited;
-  double number = 0;
-  const char* end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc{}) return std::nullopt;
-  const std::string_view unit(rest, static_cast<std::size_t>(end - rest));
-  const double factor = unit.empty() ? 1 : unit == "k" || unit == "K" ? 1e3 : unit == "M" ? 1e6 : 0;
-  const double count = number * factor;
-  if (!(count >= 1 && count <= 1e15)) return std::nullopt;
-  return static_cast<std::uint64_t>(std::llround(count));
 }
 
 std::optional<std::uint32_t> parse_side(std::string_view text) {
@@ -52,6 +38,7 @@ CLI::Option* add_switch(CLI::App& parser, const char* name, std::string& value, 
 }  // namespace
 
 std::uint64_t parse_budget(const std::string& text) {
+  static_assert(kAllPoints == viewer::SelectionLimits::kUnlimited);
   const auto points = parse_count(text);
   if (!points) refuse("--budget", text, "a number of points such as 500k or 3M, or all");
   return *points;

@@ -15,7 +15,7 @@ Measured measure_study_dataset(const formats::DatasetReader& dataset,
                                 .make_array = {},
                                 .progress = &progress,
                                 .stop = stop};
-  const stages::ErrorReport report = stages::measure_dataset(context, dataset);
+  const stages::ErrorReport report = stages::measure_dataset(context, dataset, {});
   if (!report.held())
     throw formats::Error(formats::ErrorKind::kInvariant,
                          {.what = "points are farther from those that stand for them than the "

@@ -12,21 +12,6 @@ using formats::GridBox;
 using formats::GridPoint;
 using formats::Level;
 
-double squared_distance(const std::array<double, 3>& step, const GridBox& a, const GridBox& b) {
-  double sum = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t gap = std::max({std::int64_t{0}, std::int64_t{a.min[axis]} - b.max[axis],
-                                       std::int64_t{b.min[axis]} - a.max[axis]});
-    const double d = step[axis] * static_cast<double>(gap);
-    sum += d * d;
-  }
-  return sum;
-}
-
-double squared_distance(const std::array<double, 3>& step, const GridPoint& p, const GridBox& box) {
-  return squared_distance(step, GridBox{p, p}, box);
-}
-
 LeafBoxes::LeafBoxes(const formats::Tree& tree, const std::array<double, 3>& step,
                      std::vector<GridBox> leaves)
     : tree_(tree), step_(step), levels_(tree.leaf_level() + 1) {

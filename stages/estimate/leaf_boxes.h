@@ -9,16 +9,9 @@
 
 #include "formats/dataset/grid.h"
 #include "formats/dataset/tree.h"
+#include "stages/box_distance.h"
 
 namespace cairn::stages {
-
-/// Squared world distance between two boxes, and between a position and a box; 0 where they meet. As
-/// every step of formats::squared_distance is monotone, neither is above the rounded distance of any two
-/// positions inside.
-double squared_distance(const std::array<double, 3>& step, const formats::GridBox& a,
-                        const formats::GridBox& b);
-double squared_distance(const std::array<double, 3>& step, const formats::GridPoint& p,
-                        const formats::GridBox& box);
 
 class LeafBoxes {
  public:

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "stages/estimate/position_index.h"
+#include "stages/position_index.h"
 
 namespace cairn::stages {
 
@@ -20,6 +20,24 @@ constexpr std::size_t kOpenBytes = std::size_t{16} << 20;
 std::size_t open_limit(std::size_t neighbors) {
   return std::max<std::size_t>(64, kOpenBytes / (neighbors * sizeof(Neighbor) + 64));
 }
+
+/// Fills a set with the nearest positions; they are ranked by the set's own order.
+class SetFiller final : public PositionSink {
+ public:
+  /// `may_hold`: whether the set may hold some of the positions already.
+  SetFiller(std::span<const GridPoint> positions, NeighborSet& nearest, bool may_hold)
+      : positions_(positions), nearest_(nearest), may_hold_(may_hold) {}
+  double reach() const override { return nearest_.reach(); }
+  void offer(double squared_distance, std::size_t index) override {
+    const Neighbor neighbor{squared_distance, positions_[index]};
+    if (!may_hold_ || !nearest_.holds(neighbor)) nearest_.add(neighbor);
+  }
+
+ private:
+  std::span<const GridPoint> positions_;
+  NeighborSet& nearest_;
+  bool may_hold_;
+};
 
 /// The largest or smallest step from p that lies within `radius`, kept inside [least, most]. A step
 /// more than the quotient's rounding may lose.
@@ -45,7 +63,8 @@ void NeighborhoodFinder::find(std::uint64_t leaf, const DistinctPositions& point
   NeighborSet nearest(neighbors_);
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     nearest.clear();
-    own.search(points.positions[i], nearest);
+    SetFiller filler(points.positions, nearest, /*may_hold=*/false);
+    own.search(points.positions[i], filler);
     if (is_closed(points.positions[i], nearest.reach(), leaf, near)) {
       take(i, nearest.sorted());
     } else {
@@ -110,7 +129,10 @@ void NeighborhoodFinder::ask_leaf(std::uint64_t leaf, const DistinctPositions& p
   }
   if (halo.empty()) return;
   const PositionIndex index(halo, boxes_.step());
-  for (Open* asker : askers) index.search_others(points.positions[asker->point], asker->nearest);
+  for (Open* asker : askers) {
+    SetFiller filler(halo, asker->nearest, /*may_hold=*/true);
+    index.search(points.positions[asker->point], filler);
+  }
 }
 
 /// The part of another leaf's box that holds all that the askers' balls reach of it.

@@ -3,7 +3,6 @@
 // has been read; the first pass of the split maps them (stages/split).
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "formats/scans/scan_reader.h"
 #include "stages/context.h"
 #include "stages/imported_points.h"
+#include "stages/record_stream.h"
 
 namespace cairn::stages {
 
@@ -41,7 +41,6 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
 /// Streams the campaign's points as canonical records: 12-byte grid position, then the attributes of
 /// `schema`. What verify digests when it is given the inputs. Blocks come in no particular order, from as many
 /// threads as the context's memory has room for.
-using RecordSink = std::function<void(std::span<const std::byte> records, std::size_t stride)>;
 void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
                               const formats::Grid& grid, const Context& context,
                               const RecordSink& sink);

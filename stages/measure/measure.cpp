@@ -7,6 +7,8 @@
 #include "formats/error.h"
 #include "stages/measure/attribute_error.h"
 #include "stages/measure/deviation.h"
+#include "stages/measure/spacing_error.h"
+#include "stages/measure/surface_error.h"
 #include "stages/node_path.h"
 #include "stages/parallel.h"
 
@@ -132,11 +134,14 @@ LevelError level_error(const DatasetReader& dataset, Level level,
       .rms = sums.distance.rms(),
       .percentile_99 = std::min(shared.distances[level].quantile(0.99), sums.distance.largest()),
       .largest = sums.distance.largest(),
-      .attributes = {}};
+      .attributes = {},
+      .geometry = {}};
   for (std::uint64_t i = 0; i < error.nodes; ++i) {
     const NodeId id = dataset.tree().id(level, i);
     error.points += dataset.record(id).point_count;
     error.bound = std::max(error.bound, dataset.record(id).bound);
+    error.cover_factor =
+        std::max(error.cover_factor, static_cast<double>(dataset.record(id).cover_factor));
     error.broken_bounds += shared.broken[formats::value_of(id)] ? 1 : 0;
   }
   for (std::size_t a = 0; a < attributes.size(); ++a) {
@@ -151,13 +156,42 @@ LevelError level_error(const DatasetReader& dataset, Level level,
   return error;
 }
 
+/// What takes a search, of a sample.
+void measure_geometry(const Context& context, const DatasetReader& dataset,
+                      const MeasureOptions& options, ErrorReport& report) {
+  const Level leaves = dataset.tree().leaf_level();
+  SplatCache cache(dataset, context.memory_bytes / 4);
+  const bool against = options.against.has_value();
+  const PointSample points =
+      against ? sample_of_scans(context, dataset, *options.against, options.sample)
+              : sample_of_level(dataset, leaves, options.sample);
+  const auto geometry = [&](Level level) -> GeometryError& {
+    return level < leaves ? report.levels[level].geometry : report.leaves;
+  };
+  std::uint64_t stored = 0;
+  for (Level level = 0; level <= leaves; ++level)
+    stored += sample_of_level(dataset, level, options.sample).points;
+  if (context.progress != nullptr) context.progress->begin("search", points.points + stored);
+  run_in_arena(context.threads, [&] {
+    std::vector<SurfaceError> surfaces =
+        measure_surfaces(context, dataset, points, against ? leaves + 1 : leaves, cache);
+    for (Level level = 0; level <= leaves; ++level) {
+      geometry(level) =
+          measure_stored(context, dataset, level, options.sample, cache, options.true_distance);
+      if (level < surfaces.size()) geometry(level).surface = surfaces[level];
+    }
+  });
+  if (context.progress != nullptr) context.progress->end();
+}
+
 }  // namespace
 
 bool ErrorReport::held() const {
   return std::ranges::all_of(levels, [](const LevelError& l) { return l.broken_bounds == 0; });
 }
 
-ErrorReport measure_dataset(const Context& context, const DatasetReader& dataset) {
+ErrorReport measure_dataset(const Context& context, const DatasetReader& dataset,
+                            const MeasureOptions& options) {
   const formats::Tree& tree = dataset.tree();
   if (dataset.header().refinement != formats::Refinement::kReplace)
     formats::throw_input({.what = "a dataset whose children add to their parent cannot be measured",
@@ -177,13 +211,15 @@ ErrorReport measure_dataset(const Context& context, const DatasetReader& dataset
   });
   ErrorReport report{.leaf_points = dataset.header().points,
                      .leaf_displacement = shared.leaf_displacement,
-                     .levels = {}};
+                     .levels = {},
+                     .leaves = {}};
   for (Level level = 0; level < tree.leaf_level(); ++level) {
     LevelSums sums = subtrees[0][level];
     for (std::size_t i = 1; i < subtrees.size(); ++i) sums.add(subtrees[i][level]);
     report.levels.push_back(level_error(dataset, level, attributes, sums, shared));
   }
   if (context.progress != nullptr) context.progress->end();
+  if (options.sample > 0) measure_geometry(context, dataset, options, report);
   return report;
 }
 

@@ -3,6 +3,8 @@
 // and no ray slips through between them.
 // Based on: Sven Woop, Carsten Benthin, Ingo Wald, "Watertight Ray/Triangle Intersection", JCGT 2013; here with
 // triple products in double instead of a sheared frame in single precision.
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "stages/simulate/shape.h"
@@ -36,6 +38,24 @@ class TriangleMesh final : public Shape {
     const auto& corners = mesh_.triangles[piece];
     const Vector3& a = mesh_.vertices[corners[0]];
     return normalised(cross(mesh_.vertices[corners[1]] - a, mesh_.vertices[corners[2]] - a));
+  }
+
+  /// From the foot of the perpendicular, where that lies inside all edges; else from the nearest edge.
+  double distance(std::size_t piece, const Vector3& point) const override {
+    const auto& corners = mesh_.triangles[piece];
+    const Vector3& a = mesh_.vertices[corners[0]];
+    const Vector3 across = cross(mesh_.vertices[corners[1]] - a, mesh_.vertices[corners[2]] - a);
+    bool inside = dot(across, across) > 0;
+    double nearest = kNoHit;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector3& from = mesh_.vertices[corners[i]];
+      const Vector3 edge = mesh_.vertices[corners[(i + 1) % 3]] - from, p = point - from;
+      inside = inside && dot(cross(across, edge), p) >= 0;
+      const double size = dot(edge, edge);
+      const double along = size > 0 ? std::clamp(dot(p, edge) / size, 0.0, 1.0) : 0;
+      nearest = std::min(nearest, length(p - edge * along));
+    }
+    return inside ? std::fabs(dot(point - a, across)) / length(across) : nearest;
   }
 
  private:

@@ -48,6 +48,18 @@ Stretch ball(const Vector3& origin, const Vector3& direction, double radius) {
   return {nearest - half, nearest + half};
 }
 
+/// From the skin of a solid, by how far outside (above 0) or inside a point is of the slabs, or the like, that it is
+/// the common part of, at right angles to each other.
+template <std::size_t Count>
+double skin_distance(const std::array<double, Count>& outside) {
+  double square = 0, least_inside = -kNoHit;
+  for (const double o : outside) {
+    if (o > 0) square += o * o;
+    least_inside = std::max(least_inside, o);
+  }
+  return square > 0 ? std::sqrt(square) : std::max(0.0, -least_inside);
+}
+
 Vector3 flat(const Vector3& v) { return {v[0], v[1], 0}; }
 
 class Plane final : public Shape {
@@ -62,6 +74,10 @@ class Plane final : public Shape {
     return std::fabs(p[0]) <= half_[0] && std::fabs(p[1]) <= half_[1] ? t : kNoHit;
   }
   Vector3 normal(std::size_t, const Vector3&) const override { return {0, 0, 1}; }
+  double distance(std::size_t, const Vector3& point) const override {
+    return length({std::max(0.0, std::fabs(point[0]) - half_[0]),
+                   std::max(0.0, std::fabs(point[1]) - half_[1]), point[2]});
+  }
 
  private:
   Vector3 half_;
@@ -86,6 +102,10 @@ class Cuboid final : public Shape {
     outwards[face] = point[face] < 0 ? -1 : 1;
     return outwards;
   }
+  double distance(std::size_t, const Vector3& point) const override {
+    return skin_distance<3>({std::fabs(point[0]) - half_[0], std::fabs(point[1]) - half_[1],
+                             std::fabs(point[2]) - half_[2]});
+  }
 
  private:
   Vector3 half_;
@@ -102,6 +122,9 @@ class Sphere final : public Shape {
     return ball(ray.origin, ray.direction, radius_).first_hit();
   }
   Vector3 normal(std::size_t, const Vector3& point) const override { return normalised(point); }
+  double distance(std::size_t, const Vector3& point) const override {
+    return std::fabs(length(point) - radius_);
+  }
 
  private:
   double radius_;
@@ -124,6 +147,9 @@ class Cylinder final : public Shape {
     if (std::fabs(point[2]) - half_ > length(outwards) - radius_)
       return {0, 0, point[2] < 0 ? -1.0 : 1.0};
     return normalised(outwards);
+  }
+  double distance(std::size_t, const Vector3& point) const override {
+    return skin_distance<2>({length(flat(point)) - radius_, std::fabs(point[2]) - half_});
   }
 
  private:
@@ -172,10 +198,14 @@ class Tube final : public Shape {
     return nearest;
   }
   Vector3 normal(std::size_t piece, const Vector3& point) const override {
-    const Segment& segment = segments_[piece];
-    const Vector3 p = point - segment.from;
-    const double s = std::clamp(dot(p, segment.along), 0.0, segment.length);
-    return normalised(p - segment.along * s);
+    return normalised(from_axis(segments_[piece], point));
+  }
+  /// Of the whole tube, as pieces reach into each other. From inside a bend it may be less than it is.
+  double distance(std::size_t, const Vector3& point) const override {
+    double nearest = kNoHit;
+    for (const Segment& segment : segments_)
+      nearest = std::min(nearest, length(from_axis(segment, point)));
+    return std::fabs(nearest - radius_);
   }
 
  private:
@@ -184,6 +214,12 @@ class Tube final : public Shape {
     Vector3 along;  ///< of length 1
     double length;
   };
+  /// From the nearest point of the segment.
+  static Vector3 from_axis(const Segment& segment, const Vector3& point) {
+    const Vector3 p = point - segment.from;
+    return p - segment.along * std::clamp(dot(p, segment.along), 0.0, segment.length);
+  }
+
   std::vector<Segment> segments_;
   double radius_;
 };

@@ -10,6 +10,8 @@
 
 namespace cairn::stages {
 
+class ObjectHierarchy;
+
 /// What a ray hit, in world axes.
 struct Hit {
   double distance = kNoHit;
@@ -32,13 +34,13 @@ class RayCaster {
   RayCaster& operator=(const RayCaster&) = delete;
 
   /// The nearest hit no farther than `max_range` along a direction of length 1, in world axes, of a ray that starts
-  /// at `start` from the origin, or there if that is nullptr. (Candidates are chosen to about 1e-7 of that way.) Any thread.
+  /// at `start` from the origin, or there if that is nullptr. (Candidates are chosen to about 1e-7 of that way.) Any
+  /// thread.
   std::optional<Hit> cast(const Vector3& direction, double max_range,
                           const Vector3* start = nullptr) const;
 
  private:
-  struct Hierarchy;
-  std::unique_ptr<Hierarchy> hierarchy_;
+  std::unique_ptr<ObjectHierarchy> hierarchy_;
 };
 
 }  // namespace cairn::stages

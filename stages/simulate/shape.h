@@ -42,6 +42,9 @@ class Shape {
   /// Unit normal of the piece at a point on it; of a closed shape it looks outwards.
   virtual Vector3 normal(std::size_t piece, const Vector3& point) const = 0;
 
+  /// Distance of a point from the surface of this piece, from the inside of a closed one too. Any thread.
+  virtual double distance(std::size_t piece, const Vector3& point) const = 0;
+
   Box whole() const;
 };
 

@@ -56,6 +56,12 @@ constexpr std::uint32_t kCellsUp = kCells + 12;
 /// Two changes of sign closer than this may be missed where a ray grazes the surface.
 constexpr double kLeastStep = kCell / 200;
 
+/// About the largest curvature, that of the grain: amplitude times frequency squared.
+constexpr double kSharpest = 81;
+
+/// The field of what counts as on the surface.
+constexpr double kOnSurface = 1e-12;
+
 /// The centre of the ball of the cone that is nearest to `p`, and its radius.
 struct Ball {
   Vector3 centre;
@@ -247,6 +253,39 @@ double Statue::first_root(const Ray& ray, double begin, double end, Parts parts)
     return high;
   }
   return kNoHit;
+}
+
+/// Newton's method, along the gradient. Where the field is 0 as far as digits go; it may end elsewhere.
+Vector3 Statue::onto_surface(Vector3 p) const {
+  for (int round = 0; round < 8; ++round) {
+    const double field = value(p, kAll);
+    if (std::fabs(field) < kOnSurface) break;
+    const Vector3 slope = gradient(p, kAll);
+    p = p - slope * (field / std::max(dot(slope, slope), 0.1));
+  }
+  return p;
+}
+
+double Statue::distance(std::size_t piece, const Vector3& point) const {
+  const Vector3 p = point * (1 / height_);
+  const Box box = bounds(piece);
+  Vector3 q;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    q[axis] = std::clamp(point[axis], box.min[axis], box.max[axis]) / height_;
+  double nearest = kNoHit;
+  for (int round = 0; round < 24; ++round) {
+    q = onto_surface(q);
+    const Vector3 away = p - q;
+    const double size = length(away);
+    if (std::fabs(value(q, kAll)) < kOnSurface) nearest = std::min(nearest, size);
+    const Vector3 normal = normalised(gradient(q, kAll));
+    const Vector3 aside = away - normal * dot(away, normal);
+    // What is left of the way enters the distance by its square.
+    if (length(aside) <= 1e-4 * size + kOnSurface) break;
+    // Along the surface towards the point, the less far the more it may bend meanwhile.
+    q = q + aside * std::min(1 / (1 + kSharpest * size), kCell / 8 / length(aside));
+  }
+  return height_ * nearest;
 }
 
 Vector3 Statue::normal(std::size_t piece, const Vector3& point) const {

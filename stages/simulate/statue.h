@@ -22,6 +22,9 @@ class Statue final : public Shape {
   Box bounds(std::size_t piece) const override;
   double intersect(std::size_t piece, const Ray& ray) const override;
   Vector3 normal(std::size_t piece, const Vector3& point) const override;
+  /// Of a place on the surface to which the way from the piece's box leads towards the point: never less than the
+  /// distance from the surface, and that itself where the point is nearer than the folds and the grain are narrow.
+  double distance(std::size_t piece, const Vector3& point) const override;
 
   /// In units of length, by the definition above.
   double field(const Vector3& point) const { return height_ * value(point * (1 / height_), kAll); }
@@ -39,6 +42,7 @@ class Statue final : public Shape {
   Vector3 gradient(const Vector3& p, Parts parts) const;
   /// Where the field turns from positive to negative on the ray between two distances, or kNoHit.
   double first_root(const Ray& ray, double begin, double end, Parts parts) const;
+  Vector3 onto_surface(Vector3 p) const;
   void find_cells();
 
   double height_;

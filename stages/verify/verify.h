@@ -5,15 +5,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
 #include "stages/context.h"
+#include "stages/record_stream.h"
 
 namespace cairn::stages {
 
@@ -53,12 +52,6 @@ struct VerifyReport {
     return invariants[static_cast<std::size_t>(i)];
   }
 };
-
-/// Takes canonical records of input points, `stride` bytes each: grid position, then the attributes of
-/// formats::digest_schema, as RecordLayout with 12-byte positions lays them out.
-using RecordSink = std::function<void(std::span<const std::byte> records, std::size_t stride)>;
-/// Streams all kept points of the sources into a sink, in any order, from any number of threads at a time.
-using RecordSource = std::function<void(const RecordSink&)>;
 
 /// Checks a dataset. Memory: a path of decoded nodes from the root to a leaf, for each thread. With
 /// `sources`, also that their points are as many, with the same digest, as the root's. Throws Error:

@@ -22,7 +22,7 @@ using formats::NodeId;
 ErrorReport measure(const std::filesystem::path& directory, unsigned threads = 2) {
   Context context = test::plain_context();
   context.threads = threads;
-  return measure_dataset(context, DatasetReader::open(directory));
+  return measure_dataset(context, DatasetReader::open(directory), MeasureOptions());
 }
 
 formats::DatasetHeader header_of(std::uint64_t points, std::uint32_t fanout) {

@@ -1,7 +1,8 @@
 // The one place that knows FLANN.
-#include "stages/estimate/position_index.h"
+#include "stages/position_index.h"
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -48,31 +49,22 @@ double next_above(double value) {
   return std::bit_cast<double>(std::bit_cast<std::uint64_t>(value + 0.0) + 1);
 }
 
-/// Lets FLANN fill a NeighborSet. FLANN offers what is nearer than worstDist(), so that is the next
-/// number above the reach: positions as far as the last neighbour are ranked by the set's own order.
-template <bool kMayHold>
+/// Lets FLANN fill a sink. FLANN offers what is nearer than worstDist(), so that is the next number
+/// above the reach: of positions as far as that the sink decides by itself.
 class Collector final : public flann::ResultSet<double> {
  public:
-  Collector(std::span<const GridPoint> positions, NeighborSet& nearest)
-      : positions_(positions), nearest_(nearest) {
-    update();
+  explicit Collector(PositionSink& sink) : sink_(sink) {}
+  bool full() const override { return std::isfinite(sink_.reach()); }
+  double worstDist() const override {
+    const double reach = sink_.reach();
+    return std::isfinite(reach) ? next_above(reach) : reach;
   }
-  bool full() const override { return nearest_.full(); }
-  double worstDist() const override { return worst_; }
   void addPoint(double squared_distance, std::size_t index) override {
-    if (squared_distance >= worst_) return;
-    const Neighbor neighbor{squared_distance, positions_[index]};
-    if (kMayHold && nearest_.holds(neighbor)) return;
-    nearest_.add(neighbor);
-    update();
+    if (squared_distance <= sink_.reach()) sink_.offer(squared_distance, index);
   }
 
  private:
-  void update() { worst_ = nearest_.full() ? next_above(nearest_.reach()) : nearest_.reach(); }
-
-  std::span<const GridPoint> positions_;
-  NeighborSet& nearest_;
-  double worst_ = 0;
+  PositionSink& sink_;
 };
 
 }  // namespace
@@ -80,24 +72,15 @@ class Collector final : public flann::ResultSet<double> {
 struct PositionIndex::Tree {
   using Flann = flann::KDTreeSingleIndex<StepDistance>;
 
-  Tree(std::span<const GridPoint> points, const std::array<double, 3>& step)
-      : positions(points), coordinates(3 * points.size()) {
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis) coordinates[3 * i + axis] = points[i][axis];
-    const flann::Matrix<double> matrix(coordinates.data(), points.size(), 3);
+  Tree(std::span<const GridPoint> positions, const std::array<double, 3>& step)
+      : coordinates(3 * positions.size()) {
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) coordinates[3 * i + axis] = positions[i][axis];
+    const flann::Matrix<double> matrix(coordinates.data(), positions.size(), 3);
     index.emplace(matrix, flann::KDTreeSingleIndexParams(), StepDistance{step});
     index->buildIndex();
   }
 
-  template <bool kMayHold>
-  void search(const GridPoint& query, NeighborSet& nearest) const {
-    const std::array<double, 3> at{static_cast<double>(query[0]), static_cast<double>(query[1]),
-                                   static_cast<double>(query[2])};
-    Collector<kMayHold> collector(positions, nearest);
-    index->findNeighbors(collector, at.data(), exact);
-  }
-
-  std::span<const GridPoint> positions;
   std::vector<double> coordinates;
   std::optional<Flann> index;
   flann::SearchParams exact{flann::FLANN_CHECKS_UNLIMITED, kPruningSlack};
@@ -111,12 +94,11 @@ PositionIndex::PositionIndex(std::span<const GridPoint> positions,
 
 PositionIndex::~PositionIndex() = default;
 
-void PositionIndex::search(const GridPoint& query, NeighborSet& nearest) const {
-  tree_->search<false>(query, nearest);
-}
-
-void PositionIndex::search_others(const GridPoint& query, NeighborSet& nearest) const {
-  tree_->search<true>(query, nearest);
+void PositionIndex::search(const GridPoint& query, PositionSink& sink) const {
+  const std::array<double, 3> at{static_cast<double>(query[0]), static_cast<double>(query[1]),
+                                 static_cast<double>(query[2])};
+  Collector collector(sink);
+  tree_->index->findNeighbors(collector, at.data(), tree_->exact);
 }
 
 }  // namespace cairn::stages
