@@ -5,7 +5,8 @@ Usage: cairn study configs/studies/reducers.toml -o reducers
        scripts/plot_study.py reducers/results.json -o reducers.png        (or .pdf, .svg, or --format)
 
 A row an input: the RMS error against the build's time, with bars from the least to the greatest of the repetitions;
-against bytes a point; on every level, against the share of the points that is drawn; and, where the study drew pictures,
+against bytes a point; on every level, against the share of the points that is drawn (dotted: from the nearest point); the
+share of points that no splat covers, against the mean number of splats over a point; and, where the study drew pictures,
 their PSNR against the time of a frame. A grey line joins the settings that no other beats in both. Needs Python 3 with
 matplotlib (Debian: python3-matplotlib).
 """
@@ -60,13 +61,13 @@ def plain_logarithmic(axis):
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
-def plot_against(axes, results, cost, quality, more_is_better=False):
-    """One point a setting, and the front. `results` are (index of the setting, metrics)."""
+def plot_against(axes, results, cost, quality, more_is_better=False, factor=1):
+    """One point a setting, and the front. `results` are (index of the setting, metrics); `factor` is on the quality."""
     points = []
     for index, metrics in results:
         if cost not in metrics or quality not in metrics:
             continue
-        x, y = median(metrics[cost]), median(metrics[quality])
+        x, y = median(metrics[cost]), factor * median(metrics[quality])
         below, above = bars(metrics[cost])
         axes.errorbar(x, y, xerr=[[below], [above]], ms=7, capsize=3, lw=1, ls="", zorder=3, **style(index))
         points.append((x, y))
@@ -84,11 +85,12 @@ def plot_against(axes, results, cost, quality, more_is_better=False):
 
 
 def plot_levels(axes, results):
-    """The error of every level, against the share of the points that it holds."""
+    """The errors of every level, against the share of the points that it holds."""
     for index, _, levels in results:
-        shown = [(100 * level["share"], level["rms"]) for level in levels if level["rms"] > 0]
-        if shown:
-            axes.plot(*zip(*shown), ms=4, lw=1, **style(index))
+        for error, look in (("rms", {"ms": 4}), ("nearest_rms", {"ms": 2, "ls": ":"})):
+            shown = [(100 * level["share"], level[error]) for level in levels if (level[error] or 0) > 0]
+            if shown:
+                axes.plot(*zip(*shown), lw=1, **look, **style(index))
     if axes.lines:
         axes.set_xscale("log")
         axes.set_yscale("log")
@@ -121,8 +123,10 @@ def draw_row(row, name, points, results, at, pairs):
     plot_against(row[1], metrics, "bytes_per_point", "rms")
     row[1].set(xlabel="bytes a point of the input", ylabel="RMS", title=f"RMS, {at}")
     plot_levels(row[2], results)
-    row[2].set(xlabel="points drawn, %", ylabel="RMS", title="RMS of every level")
-    for axes, (cost, quality, drawn) in zip(row[3:], pairs):
+    row[2].set(xlabel="points drawn, %", ylabel="RMS", title="RMS of every level; dotted: from the nearest")
+    plot_against(row[3], metrics, "overdraw", "uncovered", factor=100)
+    row[3].set(xlabel="overdraw: splats over a point", ylabel="uncovered points, %", title=f"Cover, {at}")
+    for axes, (cost, quality, drawn) in zip(row[4:], pairs):
         plot_against(axes, metrics, cost, quality, more_is_better=True)
         axes.set(xlabel="frame, milliseconds", ylabel="PSNR, dB", title=f"Pictures of {drawn}")
     for axes in row:
@@ -147,7 +151,7 @@ def main():
         sys.exit("plot_study.py: error: cannot read the results: these are none of a study")
     settings = [setting["name"] for setting in study["settings"]]
     pairs = picture_pairs(study["results"])
-    columns, inputs = 3 + len(pairs), study["inputs"]
+    columns, inputs = 4 + len(pairs), study["inputs"]
     below = 0.35 + 0.22 * -(-(len(settings) + 1) // 5)  # inches for the legend
     above = 3.0 * len(inputs) + 0.4
     figure = plt.figure(figsize=(4.4 * columns, above + below), layout="constrained")

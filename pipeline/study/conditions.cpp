@@ -24,7 +24,8 @@ constexpr auto kUnits = std::to_array<Unit>({{"mm", 1e-3, Dimension::kLength},
                                              {"m", 1, Dimension::kLength},
                                              {"ms", 1e-3, Dimension::kTime},
                                              {"s", 1, Dimension::kTime},
-                                             {"min", 60, Dimension::kTime}});
+                                             {"min", 60, Dimension::kTime},
+                                             {"%", 1e-2, Dimension::kShare}});
 
 [[noreturn]] void refuse(std::string_view asked, const std::string& why) {
   formats::throw_usage(

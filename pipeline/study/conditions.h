@@ -25,7 +25,7 @@ struct Condition {
 };
 
 /// One or more, separated by commas, semicolons or "and". A length may have the suffix mm, cm or m, which takes world units
-/// for meters; a time ms, s or min; psnr dB. Throws kUsage, naming what is wrong, for what cannot be read, for a suffix of
+/// for meters; a time ms, s or min; a share %; psnr dB. Throws kUsage, naming what is wrong, for what cannot be read, for a suffix of
 /// another dimension, and for a bound on the wrong side, such as "rms >= 1".
 std::vector<Condition> parse_conditions(std::string_view text);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/human.h"
 
@@ -13,22 +14,44 @@ namespace cairn::pipeline {
 namespace {
 
 using stages::LevelError;
+using stages::SurfaceError;
 
 /// What a cut between two levels has of their errors.
-enum class Mixing { kMeanSquare, kCoarser };
+enum class Mixing { kMean, kMeanSquare, kCoarser };
+
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 struct LevelMetric {
   std::string_view name;
   Mixing mixing;
   double (*of)(const LevelError& level);
+  double of_leaves = 0;
 };
 
-// To add an error of levels: a row here, and its name below if it is no length.
+template <typename Of>
+double of_surface(const LevelError& level, Of of) {
+  return level.geometry.surface ? of(*level.geometry.surface) : kNotMeasured;
+}
+
+// To add an error of levels: a row here, and one below if it is no plain number.
 constexpr auto kLevelMetrics = std::to_array<LevelMetric>({
     {"rms", Mixing::kMeanSquare, [](const LevelError& level) { return level.rms; }},
     {"percentile_99", Mixing::kCoarser,
      [](const LevelError& level) { return level.percentile_99; }},
     {"largest", Mixing::kCoarser, [](const LevelError& level) { return level.largest; }},
+    {"nearest_rms", Mixing::kMeanSquare,
+     [](const LevelError& level) {
+       return of_surface(level, [](const SurfaceError& error) { return error.nearest.rms; });
+     }},
+    {"uncovered", Mixing::kMean,
+     [](const LevelError& level) {
+       return of_surface(level, [](const SurfaceError& error) { return error.uncovered; });
+     }},
+    {"overdraw", Mixing::kMean,
+     [](const LevelError& level) {
+       return of_surface(level, [](const SurfaceError& error) { return error.overdraw; });
+     },
+     /*of_leaves=*/kNotMeasured},
 });
 
 struct KnownMetric {
@@ -41,6 +64,9 @@ constexpr auto kKnownMetrics = std::to_array<KnownMetric>({
     {"rms", {.dimension = Dimension::kLength}},
     {"percentile_99", {.dimension = Dimension::kLength}},
     {"largest", {.dimension = Dimension::kLength}},
+    {"nearest_rms", {.dimension = Dimension::kLength}},
+    {"uncovered", {.dimension = Dimension::kShare}},
+    {"holes", {.dimension = Dimension::kShare}},
     {"bytes_per_point", {.dimension = Dimension::kBytes}},
     {"build_s_per_M", {.dimension = Dimension::kTime}},
     {"psnr", {.more_is_better = true}},
@@ -76,7 +102,8 @@ std::optional<double> if_measured(double error) {
 }
 
 double error_of(const ErrorCurve& curve, std::size_t above_leaves, std::size_t metric) {
-  return above_leaves == 0 ? 0 : curve.levels[above_leaves - 1].errors[metric];
+  return above_leaves == 0 ? kLevelMetrics[metric].of_leaves
+                           : curve.levels[above_leaves - 1].errors[metric];
 }
 
 }  // namespace
@@ -144,11 +171,12 @@ std::optional<double> error_at(const ErrorCurve& curve, std::string_view name,
   std::size_t coarse = 0;
   while (points_of(curve, coarse) > *points) ++coarse;
   const double error = error_of(curve, coarse, metric);
-  if (points_of(curve, coarse) == *points || kLevelMetrics[metric].mixing == Mixing::kCoarser)
-    return if_measured(error);
+  const Mixing mixing = kLevelMetrics[metric].mixing;
+  if (points_of(curve, coarse) == *points || mixing == Mixing::kCoarser) return if_measured(error);
   const double fine_error = error_of(curve, coarse - 1, metric);
   const double refined = (*points - points_of(curve, coarse)) /
                          (points_of(curve, coarse - 1) - points_of(curve, coarse));
+  if (mixing == Mixing::kMean) return if_measured(linear(error, fine_error, refined));
   return if_measured(std::sqrt(linear(error * error, fine_error * fine_error, refined)));
 }
 

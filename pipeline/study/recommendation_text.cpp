@@ -49,7 +49,9 @@ std::string place_note(const StudyResults& results, const Condition& condition) 
   if (std::find(all.begin(), all.end(), name) == all.end()) return "";
   const auto place = sign == std::string::npos ? std::optional(results.at)
                                                : parse_place(condition.metric.substr(sign + 1));
-  return ": " + name + " at " + place_words(*place) + ", in units of the coordinates";
+  const bool is_length = metric_info(name).dimension == Dimension::kLength;
+  return ": " + name + " at " + place_words(*place) +
+         (is_length ? ", in units of the coordinates" : "");
 }
 
 /// What the chosen setting measured on each input, beside the limit.

@@ -14,7 +14,7 @@ struct Column {
   std::function<std::string(const StudyResult&)> text;
 };
 
-/// A metric's median as people read it; `digits` behind the point, or that many that count.
+/// A metric's median with that many digits behind the point.
 Column fixed(std::string heading, std::string name, int digits) {
   return {std::move(heading), [name = std::move(name), digits](const StudyResult& result) {
             const auto value = result.value(name);
@@ -22,10 +22,11 @@ Column fixed(std::string heading, std::string name, int digits) {
           }};
 }
 
-Column error(std::string heading, std::string name) {
-  return {std::move(heading), [name = std::move(name)](const StudyResult& result) {
+/// With that many digits that count; `factor` is 100 for a share in percent.
+Column rounded(std::string heading, std::string name, int digits, double factor = 1) {
+  return {std::move(heading), [name = std::move(name), digits, factor](const StudyResult& result) {
             const auto value = result.value(name);
-            return value ? significant(*value, 4) : "-";
+            return value ? significant(factor * *value, digits) : "-";
           }};
 }
 
@@ -44,9 +45,12 @@ std::vector<Column> columns_of(const StudyResults& results) {
   };
   std::vector<Column> columns{{"setting", setting},
                               {"drawn", drawn},
-                              error("rms", "rms"),
-                              error("99 % within", "percentile_99"),
-                              error("largest", "largest"),
+                              rounded("rms", "rms", 4),
+                              rounded("99 % within", "percentile_99", 4),
+                              rounded("largest", "largest", 4),
+                              rounded("nearest rms", "nearest_rms", 4),
+                              rounded("uncovered %", "uncovered", 3, 100),
+                              rounded("overdraw", "overdraw", 3),
                               fixed("bytes/point", "bytes_per_point", 2),
                               fixed("build s", "build_s", 2),
                               {"least - most", spread},

@@ -73,6 +73,10 @@ TEST_F(Study, MeasuresWhatMeasureDoes) {
         cairn({"measure", "--json", "--progress", "none", dataset.string()}).out)["levels"];
     const Json metrics = result["metrics"];
     EXPECT_EQ(metrics["rms"], measured.back()["rms"]);
+    const Json surface = measured.back()["geometry"]["surface"];
+    EXPECT_EQ(metrics["nearest_rms"], surface["nearest"]["rms"]);
+    EXPECT_EQ(metrics["uncovered"], surface["uncovered"]);
+    EXPECT_EQ(metrics["overdraw"], surface["overdraw"]);
     EXPECT_EQ(metrics["points_drawn"], measured.back()["points"]);
     ASSERT_EQ(result["levels"].size(), measured.size());
     EXPECT_EQ(result["levels"].back()["largest"], measured.front()["largest"]);

@@ -117,9 +117,10 @@ TEST(Recommend, ConditionsHaveUnits) {
   EXPECT_TRUE(all[3].at_least);
   EXPECT_TRUE(all[3].holds(40));
   EXPECT_EQ(all[3].excess(20), 2);
-  for (const char* wrong :
-       {"", "rms", "rms <= ", "rms <= x", "rms <= 2kg", "rms <= 2s", "rms = 2", "<= 2", "rms >= 2",
-        "psnr@1M < 40", "rms <= 0", "rms <= -1", "rms <= 1,", "rms <= inf", "rms <= 2mm 3"})
+  EXPECT_EQ(parse_conditions("uncovered@10% <= 0.5%").front().limit, 0.005);
+  for (const char* wrong : {"", "rms", "rms <= ", "rms <= x", "rms <= 2kg", "rms <= 2s",
+                            "rms <= 2%", "rms = 2", "<= 2", "rms >= 2", "psnr@1M < 40", "rms <= 0",
+                            "rms <= -1", "rms <= 1,", "rms <= inf", "rms <= 2mm 3"})
     EXPECT_THROW(parse_conditions(wrong), formats::Error) << wrong;
 }
 
@@ -154,12 +155,18 @@ TEST(Recommend, TheFileIsAConfigurationThatTellsWhy) {
 
 TEST(ErrorCurve, BetweenTwoLevelsIsTheMeanOverTheNodesThatAreRefined) {
   // Ten nodes of 6 points with rms 3, each of which may be refined to 25 points with rms 1.
-  const ErrorCurve curve{.leaf_points = 1000, .levels = {{250, {1, 2, 5}}, {60, {3, 4, 9}}}};
+  const ErrorCurve curve{.leaf_points = 1000,
+                         .levels = {{250, {1, 2, 5, 1, 0.2, 2}}, {60, {3, 4, 9, 3, 0.5, 4}}}};
   for (int refined = 0; refined <= 10; ++refined) {
     const ErrorPlace cut{ErrorPlace::Unit::kPoints, 6.0 * (10 - refined) + 25.0 * refined};
     const double mean_square = (9.0 * (10 - refined) + 1.0 * refined) / 10;
     EXPECT_NEAR(*error_at(curve, "rms", cut), std::sqrt(mean_square), 1e-12);
     EXPECT_EQ(*error_at(curve, "largest", cut), refined == 10 ? 5 : 9);
+    EXPECT_NEAR(*error_at(curve, "nearest_rms", cut), std::sqrt(mean_square), 1e-12);
+    EXPECT_NEAR(*error_at(curve, "uncovered", cut), (0.5 * (10 - refined) + 0.2 * refined) / 10,
+                1e-12);
+    EXPECT_NEAR(*error_at(curve, "overdraw", cut), (4.0 * (10 - refined) + 2.0 * refined) / 10,
+                1e-12);
   }
   using enum ErrorPlace::Unit;
   EXPECT_EQ(error_at(curve, "rms", {kLevelsAboveLeaves, 2}), 3);
@@ -169,9 +176,32 @@ TEST(ErrorCurve, BetweenTwoLevelsIsTheMeanOverTheNodesThatAreRefined) {
   EXPECT_EQ(error_at(curve, "rms", {kPoints, 5000}), 0);
   EXPECT_EQ(error_at(curve, "rms", {kPoints, 59}), std::nullopt);
   EXPECT_EQ(error_at(curve, "warmth", {kPoints, 60}), std::nullopt);
-  const ErrorCurve unmeasured{.leaf_points = 1000, .levels = {{250, {1, NAN, 5}}}};
-  EXPECT_EQ(error_at(unmeasured, "percentile_99", {kShare, 0.25}), std::nullopt);
-  EXPECT_EQ(error_at(unmeasured, "largest", {kShare, 0.25}), 5);
+}
+
+TEST(ErrorCurve, WhatWasNotMeasuredIsNotTold) {
+  using enum ErrorPlace::Unit;
+  const ErrorCurve curve{.leaf_points = 1000, .levels = {{250, {1, NAN, 5, NAN, 0.2, 2}}}};
+  EXPECT_EQ(error_at(curve, "percentile_99", {kShare, 0.25}), std::nullopt);
+  EXPECT_EQ(error_at(curve, "nearest_rms", {kShare, 0.5}), std::nullopt);
+  EXPECT_EQ(error_at(curve, "largest", {kShare, 0.25}), 5);
+  // All leaf points lie in their own splats, so none is uncovered; in how many others is not known.
+  EXPECT_NEAR(*error_at(curve, "uncovered", {kShare, 0.625}), 0.1, 1e-12);
+  EXPECT_EQ(error_at(curve, "overdraw", {kShare, 0.25}), 2);
+  EXPECT_EQ(error_at(curve, "overdraw", {kShare, 0.625}), std::nullopt);
+  EXPECT_EQ(error_at(curve, "overdraw", {kShare, 1}), std::nullopt);
+}
+
+TEST(ErrorCurve, WithoutASearchThereIsNothingThatTakesOne) {
+  stages::ErrorReport report{.leaf_points = 100};
+  report.levels = {{.level = 0, .points = 10, .rms = 2, .largest = 3}};
+  ErrorCurve curve = error_curve(report);
+  EXPECT_EQ(error_at(curve, "rms", {}), 2);
+  EXPECT_EQ(error_at(curve, "uncovered", {}), std::nullopt);
+  report.levels[0].geometry.surface = {.nearest = {.rms = 1}, .uncovered = 0.25, .overdraw = 4};
+  curve = error_curve(report);
+  EXPECT_EQ(error_at(curve, "nearest_rms", {}), 1);
+  EXPECT_EQ(error_at(curve, "uncovered", {}), 0.25);
+  EXPECT_EQ(error_at(curve, "overdraw", {}), 4);
 }
 
 }  // namespace

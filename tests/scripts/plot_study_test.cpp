@@ -54,14 +54,14 @@ TEST_F(PlotStudy, DrawsResultsWithAndWithoutPicturesAndLevels) {
   Outcome outcome = draw(results.dump());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  EXPECT_EQ(width(), 1452U);  // three columns of 4.4 inches of 110 dots
+  EXPECT_EQ(width(), 1936U);  // four columns of 4.4 inches of 110 dots
   for (auto& result : results["results"]) {
     result["metrics"]["psnr@200k_points"] = 31.5;
     result["metrics"]["frame_ms@200k_points"] = 4.5;
   }
   outcome = draw(results.dump());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(width(), 1936U);
+  EXPECT_EQ(width(), 2420U);
 }
 
 TEST_F(PlotStudy, WhatIsNoResultIsToldInOneLine) {
