@@ -36,9 +36,10 @@ class PictureMeasurer {
   }
 
   PictureReport run() {
-    if (context_.progress != nullptr) context_.progress->begin("pictures", points_to_draw());
+    const std::uint64_t points = points_to_draw();  // throws where a budget cannot be
     for (const DrawMode& mode : options_.draw_modes) require_room(mode);
     if (!options_.folder.empty()) make_folder();
+    if (context_.progress != nullptr) context_.progress->begin("pictures", points);
     for (const DrawMode& mode : options_.draw_modes) measure(mode);
     if (context_.progress != nullptr) context_.progress->end();
     return std::move(report_);

@@ -1,5 +1,5 @@
-// What pictures of a dataset lose by a budget, against pictures of all that is visible: the renderer's own answer, beside
-// the distances and deviations of points that stages/measure/ tells. Draws on the processor.
+// What pictures of a dataset lose by a budget, against pictures of all that is visible: the renderer's own answer,
+// beside the distances and deviations of points that stages/measure/ tells. Draws on the processor.
 #pragma once
 
 #include <cstdint>
@@ -63,17 +63,18 @@ struct PictureReport {
 /// Differences are written into pictures so many times as large as they are.
 inline constexpr int kAmplification = 8;
 
-/// The views that are measured if none are named, which follow from the box of the dataset and the shape of the picture
-/// alone. Four show all of the box, from slightly above: the first is that of `cairn render`, from the direction (-0.55,
-/// -1, rise) with a rise of 0.3, or of 0.7 if the box is flat (less than 0.3 of its longer side high); the others are
-/// turned by 90, 180 and 270 degrees about the vertical. The fifth has the middle of the box in the middle of
-/// the picture, and its eye on the way from there to that of the first, at 0.3 of it.
+/// The views that are measured if none are named, which follow from the box of the dataset and the shape of the
+/// picture alone. Four show all of the box, from slightly above: the first is that of `cairn render`, from the
+/// direction (-0.55, -1, rise) with a rise of 0.3, or of 0.7 if the box is flat (less than 0.3 of its longer side
+/// high); the others are turned by 90, 180 and 270 degrees about the vertical. The fifth has the middle of the box in
+/// the middle of the picture, and its eye on the way from there to that of the first, at 0.3 of it.
 std::vector<viewer::Camera> default_views(const viewer::Box& scene, viewer::PictureSize size);
 
-/// Draws each view in each draw mode, full and on each budget. All but the times is the same for any number of threads. The
-/// folder receives view1_auto_all.png, view1_auto_200000.png, view1_auto_200000_difference_x8.png and so on. Throws Error:
-/// kUsage if the nodes of a full picture do not fit the memory, if a budget is below the root's points, if a draw
-/// mode or camera cannot be, if something stands at the folder; kInput for a damaged node; kSystem. Throws Stopped.
+/// Draws each view in each draw mode, full and on each budget. All but the times is the same for any number of threads.
+/// The folder receives view1_auto_all.png, view1_auto_200000.png, view1_auto_200000_difference_x8.png and so on. Throws
+/// Error: kUsage if the nodes of a full picture do not fit the memory, if a budget is below the root's points, if a
+/// draw mode or camera cannot be, if something stands at the folder; kInput for a damaged node; kSystem. Throws
+/// Stopped.
 PictureReport measure_pictures(const stages::Context& context,
                                const formats::DatasetReader& dataset,
                                const PictureOptions& options);

@@ -93,7 +93,9 @@ TEST_F(PictureMeasure, RefusesMemoryThatTheFullPictureDoesNotFit) {
 
 TEST_F(PictureMeasure, RefusesABudgetBelowTheRoot) {
   options_.budgets = {1};
+  options_.folder = folder_ / "pictures";
   expect_error(options_, ErrorKind::kUsage, "budget");
+  EXPECT_FALSE(std::filesystem::exists(options_.folder));
 }
 
 TEST_F(PictureMeasure, RefusesAFolderThatIsThere) {
