@@ -4,7 +4,8 @@
 // much shorter than it would; since merging in one list does not change another, each is merged on its own and the
 // cheapest are taken then. Coincident points collapse first, and where every list is down to one cluster the grid is
 // coarsened, so that exactly the quota remains. At last points move to the nearest clusters (lloyd.h). Against the longest
-// list first the RMS error of four scans and scenes came down by 5 to 15 %, in pictures nothing was lost.
+// list first, three scans and scenes have up to 11 % less RMS error, and the PSNR of their pictures on a budget changes by
+// -0.9 to +1.3 dB; without the limit to how short a list becomes the error were 26 % less, but pictures up to 4 dB worse.
 #pragma once
 
 #include "stages/cluster/reducer.h"

@@ -106,12 +106,12 @@ progress = "json"
 
 TEST_F(Settings, FlagsWinOverConfigurationOverPreset) {
   const std::string text = std::string(kMinimum) + "preset = \"preview\"\nfanout = 4\n";
-  EXPECT_EQ(resolve(text).options.reducer, "random");
-  EXPECT_EQ(resolve(text, flag("reducer", {"first"})).options.reducer, "first");
+  EXPECT_EQ(resolve(text).options.refinement, 0U);
+  EXPECT_EQ(resolve(text, flag("refinement", {"2"})).options.refinement, 2U);
   EXPECT_EQ(resolve(text, flag("fanout", {"8"})).options.fanout, 8U);
   EXPECT_EQ(resolve(text, flag("fanout", {"auto"})).options.fanout, std::nullopt);
-  EXPECT_EQ(resolve(text, flag("preset", {"archive"})).options.reducer, "cluster");
-  EXPECT_EQ(resolve(text + "reducer = \"first\"\n").options.reducer, "first");
+  EXPECT_EQ(resolve(text, flag("preset", {"archive"})).options.refinement, 1U);
+  EXPECT_EQ(resolve(text + "refinement = 3\n").options.refinement, 3U);
 }
 
 TEST_F(Settings, FlagsAreNotRelativeToTheConfiguration) {
