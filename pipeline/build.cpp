@@ -221,7 +221,8 @@ class Build {
                         stages::Packer& packer) {
     const stages::ClusterOptions cluster{.grid = options_.grid,
                                          .theta = {static_cast<float>(options_.theta_degrees),
-                                                   static_cast<float>(options_.theta_relaxation)}};
+                                                   static_cast<float>(options_.theta_relaxation)},
+                                         .refinement = options_.refinement};
     const auto reducer = stages::make_reducer(options_.reducer, cluster);
     stages::cluster({points.array, points.stride, header, *reducer, options_.grid}, packer,
                     context_);

@@ -95,6 +95,7 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
                        {"neighbors", estimates(options) ? text(options.neighbors) : "null"},
                        {"theta", number(options.theta_degrees)},
                        {"theta_relaxation", number(options.theta_relaxation)},
+                       {"refinement", text(options.refinement)},
                        {"reducer", text(options.reducer)},
                        {"position_bits", text(options.position_bits)},
                        {"lossless_leaves", text(options.lossless_leaves)},

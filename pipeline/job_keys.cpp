@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::json;
 
 /// Goes up with every change of what stages leave in work arrays or tell of their units.
-constexpr int kWorkVersion = 2;
+constexpr int kWorkVersion = 3;
 
 std::uint64_t hash_of(const Json& json) {
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -49,9 +49,10 @@ JobKeys job_keys(const BuildOptions& options) {
   keys.split = hash_of({keys.import, optional_of(options.fanout), options.node_points});
   keys.estimate =
       hash_of({keys.split, options.estimate_normals, options.estimate_radii, options.neighbors});
-  keys.cluster = hash_of({keys.estimate, optional_of(options.grid), options.theta_degrees,
-                          options.theta_relaxation, options.reducer, options.position_bits,
-                          options.lossless_leaves, static_cast<int>(options.codec)});
+  keys.cluster =
+      hash_of({keys.estimate, optional_of(options.grid), options.theta_degrees,
+               options.theta_relaxation, options.refinement, options.reducer, options.position_bits,
+               options.lossless_leaves, static_cast<int>(options.codec)});
   keys.publish = hash_of({keys.cluster, options.crs});
   return keys;
 }

@@ -13,6 +13,7 @@
 #include "pipeline/compiled_in.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/settings.h"
+#include "stages/cluster/reducer.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -25,6 +26,7 @@ constexpr std::uint64_t kMostNodePoints = std::uint64_t{1} << 21;
 constexpr std::uint64_t kMostGrid = 65536;
 constexpr std::uint64_t kMostThreads = 1024;
 constexpr std::uint64_t kMostNeighbors = 1024;
+constexpr std::uint64_t kMostRefinement = 64;
 
 /// The member that pointers to members lead to, one inside the other.
 template <auto kMember, auto... kInside>
@@ -118,7 +120,8 @@ bool is_preset(BuildSettings&, const Values& v) {
 
 bool set_reducer(BuildSettings& s, const Values& v) {
   s.options.reducer = v.front();
-  return v.front() == "cluster" || v.front() == "first" || v.front() == "random";
+  const auto names = stages::reducer_names();
+  return std::find(names.begin(), names.end(), v.front()) != names.end();
 }
 
 bool set_theta(BuildSettings& s, const Values& v) {
@@ -235,8 +238,8 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"neighbors", kInteger, kEstimation, "COUNT", "an integer from 3 to 1024", "16",
      "positions that an estimate looks at, the point's own included",
      set_integer<&BuildOptions::neighbors, 3, kMostNeighbors>},
-    {"reducer", kText, kSimplification, "NAME", "cluster, first or random", "cluster",
-     "how representatives of finer points are chosen", set_reducer},
+    {"reducer", kText, kSimplification, "NAME", "cluster, average, weighted, first or random",
+     "cluster", "how representatives of finer points are chosen", set_reducer},
     {"grid", kIntegerOrAuto, kSimplification, "K|auto", "an integer from 1 to 65536, or auto",
      "auto", "cells along the longest axis; auto: about 16 points a cell",
      set_integer_or_auto<&BuildOptions::grid, 1, kMostGrid>},
@@ -245,6 +248,9 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"theta_relaxation", kNumber, kSimplification, "FACTOR", "a number above 1", "1.5",
      "theta grows by this factor, by 1 degree at least, where nothing else can be merged",
      set_relaxation},
+    {"refinement", kInteger, kSimplification, "PASSES", "an integer from 0 to 64", "1",
+     "passes of cluster in which points move to the nearest representative",
+     set_integer<&BuildOptions::refinement, 0, kMostRefinement>},
     {"position_bits", kInteger, kStorage, "BITS", "an integer from 1 to 32", "16",
      "bits of a coordinate inside its node's box",
      set_integer<&BuildOptions::position_bits, 1, 32>},

@@ -208,16 +208,9 @@ class Aggregator {
         attribute.type != formats::ScalarType::kF32 && attribute.type != formats::ScalarType::kF64;
     out_.mean_sum[a].resize(in_.quota * attribute.components);
     out_.data.attributes[a].resize(in_.quota * attribute.size_bytes());
-    const bool leaf = node_.mean_sum.empty();
     for (std::size_t r = 0; r < in_.quota; ++r) {
       for (std::size_t c = 0; c < attribute.components; ++c) {
-        double sum = 0;
-        for (const std::uint32_t i : members_.of(r)) {
-          const std::size_t at = std::size_t{i} * attribute.components + c;
-          sum += leaf ? formats::load_scalar(node_.data.attributes[a].data() + at * scalar,
-                                             attribute.type)
-                      : node_.mean_sum[a][at];
-        }
+        const double sum = blended(r) ? blended_sum(a, c, r) : sum_of_members(a, c, r);
         const std::size_t at = r * attribute.components + c;
         out_.mean_sum[a][at] = sum;
         const double mean = sum / static_cast<double>(out_.data.weight[r]);
@@ -226,6 +219,35 @@ class Aggregator {
       }
       if (sampled()) copy_value(a, r, in_.reduction.chosen[r]);
     }
+  }
+
+  bool blended(std::size_t r) const {
+    return !in_.reduction.blend.empty() && !in_.reduction.blend[r].empty();
+  }
+
+  /// The sum over a point's input points of component c of attribute a.
+  double sum_of_point(std::size_t a, std::size_t c, std::uint32_t i) const {
+    const Attribute& attribute = in_.schema[a];
+    const std::size_t at = std::size_t{i} * attribute.components + c;
+    if (!node_.mean_sum.empty()) return node_.mean_sum[a][at];
+    return formats::load_scalar(
+        node_.data.attributes[a].data() + at * formats::size_bytes(attribute.type), attribute.type);
+  }
+
+  double sum_of_members(std::size_t a, std::size_t c, std::size_t r) const {
+    double sum = 0;
+    for (const std::uint32_t i : members_.of(r)) sum += sum_of_point(a, c, i);
+    return sum;
+  }
+
+  /// The mean over the shares, as a sum over the input points that the representative stands for.
+  double blended_sum(std::size_t a, std::size_t c, std::size_t r) const {
+    double sum = 0, weight = 0;
+    for (const auto& [point, factor] : in_.reduction.blend[r]) {
+      sum += factor * sum_of_point(a, c, point);
+      weight += factor * static_cast<double>(node_.weight_of(point));
+    }
+    return sum / weight * static_cast<double>(out_.data.weight[r]);
   }
 
   void merge_majority(std::size_t a) {

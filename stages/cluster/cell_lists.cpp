@@ -52,8 +52,7 @@ std::vector<std::uint32_t> cut_lists(std::span<const std::uint64_t> keys, int ce
   return starts;
 }
 
-std::vector<std::uint32_t> level_lengths(std::span<const std::uint32_t> lengths,
-                                         std::uint64_t quota) {
+std::uint32_t leveled_length(std::span<const std::uint32_t> lengths, std::uint64_t quota) {
   std::array<std::uint64_t, kMaxListLength + 1> lists_of{};  // by length
   std::uint64_t total = 0;
   for (const std::uint32_t length : lengths) {
@@ -70,17 +69,7 @@ std::vector<std::uint32_t> level_lengths(std::span<const std::uint32_t> lengths,
     --ceiling;
     cut += lists_of[ceiling];
   }
-  const std::uint64_t shorter =
-      ceiling > 1 ? total - quota : 0;  // of the `cut` lists: one below the ceiling
-  std::vector<std::uint32_t> targets(lengths.begin(), lengths.end());
-  std::uint64_t seen = 0;
-  for (std::uint32_t& target : targets) {
-    if (target < ceiling) continue;
-    const bool shorten = (seen + 1) * shorter / cut != seen * shorter / cut;
-    target = ceiling - (shorten ? 1 : 0);
-    ++seen;
-  }
-  return targets;
+  return ceiling;
 }
 
 }  // namespace cairn::stages

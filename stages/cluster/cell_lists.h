@@ -23,11 +23,8 @@ int auto_cell_bits(std::span<const std::uint64_t> keys);
 /// ascending; cells share the leading 3 * cell_bits bits.
 std::vector<std::uint32_t> cut_lists(std::span<const std::uint64_t> keys, int cell_bits);
 
-/// How long each list may stay so that all add up to `quota`, as if the longest list were shortened by
-/// one again and again (lists of one length are shortened evenly spread along the curve) and no list
-/// below one. If even that leaves more than `quota`, every target is one.
-/// Requires quota <= sum of `lengths`, all lengths >= 1.
-std::vector<std::uint32_t> level_lengths(std::span<const std::uint32_t> lengths,
-                                         std::uint64_t quota);
+/// The length of the longest list once all add up to `quota`, if the longest list is shortened by one again and again, but
+/// no list below one. Requires quota <= sum of `lengths`, all lengths from 1 to kMaxListLength.
+std::uint32_t leveled_length(std::span<const std::uint32_t> lengths, std::uint64_t quota);
 
 }  // namespace cairn::stages

@@ -113,8 +113,10 @@ class TreeClusterer {
     if (node.data.radius.empty())
       node.data.radius = radii_from_density(in_.header.grid, node.data.position, curve);
     const std::uint64_t quota = tree_.quota(id);
-    Reduction reduction = in_.reducer.reduce(
-        {id, in_.header.grid, node.data.position, node.data.weight, node.normal, curve}, quota);
+    Reduction reduction =
+        in_.reducer.reduce({id, in_.header.grid, node.data.position, node.data.weight, node.normal,
+                            node.data.radius, curve},
+                           quota);
     if (leaf) group_by_representative(node, curve, reduction);
     const auto frame = formats::NodeFrame::fit(in_.header, leaf, node.data);
     const std::vector<float> decoded_radius = frame.quantized_radii(node.data.radius);
@@ -173,6 +175,8 @@ class TreeClusterer {
     }
     reduction.representative = std::move(moved);
     for (std::uint32_t& chosen : reduction.chosen) chosen = place[chosen];
+    for (auto& shares : reduction.blend)
+      for (Share& share : shares) share.point = place[share.point];
   }
 
   std::vector<std::uint32_t> block_starts(NodeId id, std::size_t count) const {

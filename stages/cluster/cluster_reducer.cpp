@@ -7,6 +7,8 @@
 #include "formats/dataset/hilbert.h"
 #include "formats/error.h"
 #include "stages/cluster/cell_lists.h"
+#include "stages/cluster/lloyd.h"
+#include "stages/cluster/numbering.h"
 
 namespace cairn::stages {
 
@@ -15,12 +17,69 @@ using formats::Normal;
 
 namespace {
 
+/// Sums of normals shorter than this share of their weight tell no direction.
+constexpr double kCancelled = 1e-3;
+
 /// A cluster on its way: known by the place on the curve of its first point.
 struct Cluster {
   std::array<double, 3> center;  ///< lattice cells above the first point of the node
   double weight;
+  double area;  ///< that it covers, beside what a point of the node covers on average
   Normal normal;
+
+  /// Where normals cancel, the own one stays.
+  void absorb(const Cluster& other);
 };
+
+void Cluster::absorb(const Cluster& other) {
+  const double total = weight + other.weight;
+  std::array<double, 3> facing;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    center[axis] = (weight * center[axis] + other.weight * other.center[axis]) / total;
+    facing[axis] = weight * double{normal[axis]} + other.weight * double{other.normal[axis]};
+  }
+  weight = total;
+  area += other.area;
+  const double length = std::hypot(facing[0], facing[1], facing[2]);
+  if (length <= kCancelled * total) return;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    normal[axis] = static_cast<float>(facing[axis] / length);
+}
+
+/// By how much the area that a point covers may differ from the average of its node.
+constexpr double kMostAreaRatio = 1e6;
+
+/// Squared radii beside their mean: the areas that points cover. All are 1 where no point has a radius.
+std::vector<double> relative_areas(std::span<const float> radius) {
+  double sum = 0;
+  for (const float r : radius) sum += double{r} * r;
+  const double mean = sum / static_cast<double>(radius.size());
+  std::vector<double> areas;
+  areas.reserve(radius.size());
+  for (const float r : radius)
+    areas.push_back(mean > 0 ? std::clamp(double{r} * r / mean, 1 / kMostAreaRatio, kMostAreaRatio)
+                             : 1);
+  return areas;
+}
+
+/// The `count` merges of least cost, or all. Of equal ones the earlier are taken: no merge comes before one that it builds
+/// on, nor costs less.
+std::vector<Merge> cheapest(std::vector<Merge> merges, std::uint64_t count) {
+  if (merges.size() <= count) return merges;
+  std::vector<float> costs;
+  costs.reserve(merges.size());
+  for (const Merge& merge : merges) costs.push_back(merge.cost);
+  const auto limit = costs.begin() + static_cast<std::ptrdiff_t>(count) - 1;
+  std::nth_element(costs.begin(), limit, costs.end());
+  const float highest = *limit;
+  std::uint64_t equal = count - static_cast<std::uint64_t>(std::ranges::count_if(
+                                    merges, [&](const Merge& m) { return m.cost < highest; }));
+  std::erase_if(merges, [&](const Merge& merge) {
+    if (merge.cost != highest) return merge.cost > highest;
+    return equal == 0 || equal-- == 0;
+  });
+  return merges;
+}
 
 /// The clusters of a node in curve order, and who merged with whom.
 class Clustering {
@@ -28,6 +87,7 @@ class Clustering {
   explicit Clustering(const NodeView& node) : node_(node), parent_(node.position.size()) {
     const auto& order = node.curve.order;
     const GridPoint origin = node.position[order[0]];
+    const std::vector<double> areas = relative_areas(node.radius);
     clusters_.resize(order.size());
     alive_.resize(order.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) {
@@ -38,6 +98,7 @@ class Clustering {
             static_cast<double>(std::int64_t{node.position[point][axis]} - origin[axis]) *
             node.grid.step[axis] * node.curve.cells_per_unit;
       cluster.weight = node.weight.empty() ? 1.0 : static_cast<double>(node.weight[point]);
+      cluster.area = areas[point];
       cluster.normal = node.normal.empty() ? Normal{0, 0, 0} : node.normal[point];
       parent_[i] = i;
       alive_[i] = i;
@@ -50,18 +111,19 @@ class Clustering {
   /// go, every group gives its share.
   void collapse_coincident(std::uint64_t quota, float theta_degrees);
 
-  /// One round over all lists of the grid with `cell_bits`: shortens them until `quota` clusters are
-  /// left, or one in each.
+  /// One round over all lists of the grid with `cell_bits`: the cheapest merges of all, until `quota` clusters are left, or
+  /// one in each list. No list is cut to less than half of what would be the longest if the longest was always shortened:
+  /// few points far from each other are all that a picture has there.
   void merge_lists(int cell_bits, std::uint64_t quota, ThetaRule theta);
 
   float theta_reached() const { return theta_reached_; }
 
-  /// Numbers the clusters by their first point and names them for every point.
-  std::vector<std::uint32_t> representatives() const;
+  /// For each point its cluster, known by the place of its first one on the curve.
+  std::vector<std::uint32_t> cluster_of_points() const;
 
  private:
   void load(std::span<const std::uint32_t> members, MergeList& list) const;
-  void apply(const MergeList& list, const MergeOutcome& outcome);
+  void apply(const Merge& merge);
   void drop_merged();
 
   const NodeView& node_;
@@ -108,6 +170,7 @@ void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
       }
       parent_[i] = winner;
       clusters_[winner].weight += clusters_[i].weight;
+      clusters_[winner].area += clusters_[i].area;
     }
     before = after;
     first = last;
@@ -125,6 +188,8 @@ void Clustering::load(std::span<const std::uint32_t> members, MergeList& list) c
     list.y[k] = static_cast<float>(cluster.center[1] - origin[1]);
     list.z[k] = static_cast<float>(cluster.center[2] - origin[2]);
     list.weight[k] = static_cast<float>(cluster.weight);
+    list.area[k] = static_cast<float>(cluster.area);
+    list.cost[k] = 0;
     list.nx[k] = cluster.normal[0];
     list.ny[k] = cluster.normal[1];
     list.nz[k] = cluster.normal[2];
@@ -132,19 +197,10 @@ void Clustering::load(std::span<const std::uint32_t> members, MergeList& list) c
   }
 }
 
-void Clustering::apply(const MergeList& list, const MergeOutcome& outcome) {
-  for (std::uint32_t k = 0; k < outcome.count; ++k) {
-    const auto [winner, loser] = outcome.merges[k];
-    Cluster& to = clusters_[winner];
-    const Cluster& from = clusters_[loser];
-    const double weight = to.weight + from.weight;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      to.center[axis] = (to.weight * to.center[axis] + from.weight * from.center[axis]) / weight;
-    to.weight = weight;
-    parent_[loser] = winner;
-  }
-  for (std::uint32_t k = 0; k < list.count; ++k)
-    clusters_[list.id[k]].normal = {list.nx[k], list.ny[k], list.nz[k]};
+void Clustering::apply(const Merge& merge) {
+  clusters_[merge.winner].absorb(clusters_[merge.loser]);
+  parent_[merge.loser] = merge.winner;
+  theta_reached_ = std::max(theta_reached_, merge.theta_degrees);
 }
 
 void Clustering::drop_merged() {
@@ -158,27 +214,26 @@ void Clustering::merge_lists(int cell_bits, std::uint64_t quota, ThetaRule theta
   const std::vector<std::uint32_t> starts = cut_lists(keys, cell_bits);
   std::vector<std::uint32_t> lengths;
   for (std::size_t i = 0; i + 1 < starts.size(); ++i) lengths.push_back(starts[i + 1] - starts[i]);
-  const std::vector<std::uint32_t> targets = level_lengths(lengths, quota);
+  const std::uint32_t least = (leveled_length(lengths, quota) + 1) / 2;
+  std::vector<Merge> merges;
   MergeList list;
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    if (targets[i] == lengths[i]) continue;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    if (lengths[i] <= least) continue;
     load(std::span(alive_).subspan(starts[i], lengths[i]), list);
-    const MergeOutcome outcome = merge_pairs(list, targets[i], theta);
-    apply(list, outcome);
-    theta_reached_ = std::max(theta_reached_, outcome.theta_degrees);
+    const MergeOutcome outcome = merge_pairs(list, least, theta);
+    merges.insert(merges.end(), outcome.merges.begin(), outcome.merges.begin() + outcome.count);
   }
+  for (const Merge& merge : cheapest(std::move(merges), alive_.size() - quota)) apply(merge);
   drop_merged();
 }
 
-std::vector<std::uint32_t> Clustering::representatives() const {
+std::vector<std::uint32_t> Clustering::cluster_of_points() const {
   // A loser always comes later on the curve than its winner, so one pass in curve order resolves all.
-  std::vector<std::uint32_t> number(clusters_.size());
-  std::vector<std::uint32_t> of_point(clusters_.size());
-  std::uint32_t next = 0;
-  for (std::uint32_t i = 0; i < clusters_.size(); ++i) {
+  std::vector<std::uint32_t> of_place(parent_), of_point(parent_.size());
+  for (std::uint32_t i = 0; i < of_place.size(); ++i) {
     CAIRN_CHECK(parent_[i] <= i);
-    number[i] = parent_[i] == i ? next++ : number[parent_[i]];
-    of_point[node_.curve.order[i]] = number[i];
+    of_place[i] = of_place[parent_[i]];
+    of_point[node_.curve.order[i]] = of_place[i];
   }
   return of_point;
 }
@@ -199,8 +254,14 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
   const std::uint32_t cells = options_.grid && coarsened >= 0
                                   ? std::max(1U, *options_.grid >> coarsened)
                                   : std::uint32_t{1} << cell_bits;
-  return {.representative = clustering.representatives(),
+  std::vector<std::uint32_t> representative = clustering.cluster_of_points();
+  number_along(node.curve.order, quota, representative);
+  for (std::uint32_t pass = 0; pass < options_.refinement; ++pass)
+    lloyd_pass(node, options_.theta.start_degrees, quota, representative);
+  number_along(node.curve.order, quota, representative);
+  return {.representative = std::move(representative),
           .chosen = {},
+          .blend = {},
           .theta_degrees = node.normal.empty()
                                ? 0
                                : std::max(options_.theta.start_degrees, clustering.theta_reached()),

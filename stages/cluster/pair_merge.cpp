@@ -15,6 +15,9 @@ constexpr std::int32_t kIndexMask = kMaxListLength - 1;
 constexpr std::int32_t kBlocked = INT32_MAX;
 static_assert(std::has_single_bit(kMaxListLength));
 
+/// What relaxing theta adds to a cost at most, as a factor: costs stay finite.
+constexpr float kMostPenalty = 1e12F;
+
 /// Degrees by which theta grows at least, so that a factor close to 1 ends too.
 constexpr float kLeastRelaxation = 1;
 
@@ -24,14 +27,14 @@ using Keys = std::array<std::int32_t, kMaxListLength>;
 /// threshold are the same seen from both clusters of a pair, bit by bit: otherwise partners could form a
 /// ring in which no two choose each other.
 std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_cosine) {
-  const float x = list.x[i], y = list.y[i], z = list.z[i], w = list.weight[i];
+  const float x = list.x[i], y = list.y[i], z = list.z[i], area = list.area[i];
   const float nx = list.nx[i], ny = list.ny[i], nz = list.nz[i];
   const float own = nx * nx + ny * ny + nz * nz;
   alignas(32) Keys keys;
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const float dx = list.x[j] - x, dy = list.y[j] - y, dz = list.z[j] - z;
     const float cost =
-        (dx * dx + dy * dy + dz * dz) * ((w * list.weight[j]) / (w + list.weight[j]));
+        (dx * dx + dy * dy + dz * dz) * ((area * list.area[j]) / (area + list.area[j]));
     const float dot = list.nx[j] * nx + list.ny[j] * ny + list.nz[j] * nz;
     const float other = list.nx[j] * list.nx[j] + list.ny[j] * list.ny[j] + list.nz[j] * list.nz[j];
     // A missing normal makes both sides zero.
@@ -59,6 +62,7 @@ void merge_into(MergeList& list, std::uint32_t a, std::uint32_t b) {
   list.y[a] = (wa * list.y[a] + wb * list.y[b]) / w;
   list.z[a] = (wa * list.z[a] + wb * list.z[b]) / w;
   list.weight[a] = w;
+  list.area[a] += list.area[b];
   const float nx = wa * list.nx[a] + wb * list.nx[b];
   const float ny = wa * list.ny[a] + wb * list.ny[b];
   const float nz = wa * list.nz[a] + wb * list.nz[b];
@@ -75,6 +79,8 @@ void copy_entry(MergeList& list, std::uint32_t from, std::uint32_t to) {
   list.y[to] = list.y[from];
   list.z[to] = list.z[from];
   list.weight[to] = list.weight[from];
+  list.area[to] = list.area[from];
+  list.cost[to] = list.cost[from];
   list.nx[to] = list.nx[from];
   list.ny[to] = list.ny[from];
   list.nz[to] = list.nz[from];
@@ -92,6 +98,8 @@ void remove_marked(MergeList& list, const std::array<bool, kMaxListLength>& remo
 }
 
 std::uint32_t index_in(std::int32_t key) { return static_cast<std::uint32_t>(key & kIndexMask); }
+
+float cost_in(std::int32_t key) { return std::bit_cast<float>(key & ~kIndexMask); }
 
 /// The first pair of all: the cheapest, then the one of the smallest indices. Its smaller index, with the
 /// greater as its partner; requires that some cluster has a partner.
@@ -128,15 +136,16 @@ std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& pa
 
 MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta) {
   MergeOutcome outcome;
-  outcome.theta_degrees = theta.start_degrees;
+  float theta_degrees = theta.start_degrees, penalty = 1;
   float min_cosine = cosine_of_limit(theta.start_degrees);
   Keys partner, pairs;
   while (list.count > target) {
     const std::uint32_t found = reciprocal_pairs(list, min_cosine, partner, pairs);
     if (found == 0) {
-      outcome.theta_degrees = std::min(180.0F, std::max(outcome.theta_degrees * theta.relaxation,
-                                                        outcome.theta_degrees + kLeastRelaxation));
-      min_cosine = cosine_of_limit(outcome.theta_degrees);
+      theta_degrees = std::min(
+          180.0F, std::max(theta_degrees * theta.relaxation, theta_degrees + kLeastRelaxation));
+      penalty = std::min(kMostPenalty, penalty * theta.relaxation * theta.relaxation);
+      min_cosine = cosine_of_limit(theta_degrees);
       continue;
     }
     const std::uint32_t merging = std::min(found, list.count - target);
@@ -144,8 +153,9 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
     for (std::uint32_t k = 0; k < merging; ++k) {
       const std::uint32_t a = index_in(pairs[k]), b = index_in(partner[a]);
       merge_into(list, a, b);
+      list.cost[a] = std::max({cost_in(pairs[k]) * penalty, list.cost[a], list.cost[b]});
       removed[b] = true;
-      outcome.merges[outcome.count++] = {list.id[a], list.id[b]};
+      outcome.merges[outcome.count++] = {list.id[a], list.id[b], list.cost[a], theta_degrees};
     }
     remove_marked(list, removed);
   }

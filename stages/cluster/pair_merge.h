@@ -1,8 +1,9 @@
-// Merging inside one list of clusters: the pair whose union adds least squared error, among those whose
-// normals deviate by less than the threshold, until the list is as short as asked.
+// Merging inside one list of clusters: the pair whose union adds least squared error over the surface, among those
+// whose normals deviate by less than the threshold, until the list is as short as asked.
 // Based on: Goswami et al. 2010, section III.B (clusters within a cell, threshold theta relaxed where
 // it blocks); J. Ward, "Hierarchical grouping to optimize an objective function", 1963 (the merging
-// cost); all reciprocal nearest pairs of a round merge at once.
+// cost, here with the area that a cluster covers in place of its points, so that dense parts get no more than their share);
+// all reciprocal nearest pairs of a round merge at once.
 #pragma once
 
 #include <array>
@@ -15,7 +16,9 @@ namespace cairn::stages {
 /// The clusters of one list, as columns. Coordinates relative to the list, in any one unit.
 struct alignas(32) MergeList {
   std::array<float, kMaxListLength> x, y, z;
-  std::array<float, kMaxListLength> weight;
+  std::array<float, kMaxListLength> weight;  ///< input points: centers and normals are their means
+  std::array<float, kMaxListLength> area;    ///< covered, in any one unit; above 0
+  std::array<float, kMaxListLength> cost;    ///< of the merge that made it; 0 of none
   std::array<float, kMaxListLength> nx, ny,
       nz;  ///< mean normal, unit; all zero: none, agrees with every other
   std::array<std::uint32_t, kMaxListLength> id;  ///< of the caller's
@@ -31,12 +34,15 @@ struct ThetaRule {
 struct Merge {
   std::uint32_t winner;
   std::uint32_t loser;
+  /// What the merge adds to the squared error, times the square of what theta was relaxed by. Not below the cost of a
+  /// merge that it builds on: the cheapest merges of a list, or of several, can be done without the others.
+  float cost;
+  float theta_degrees;  ///< the threshold that it needed
 };
 
 struct MergeOutcome {
   std::array<Merge, kMaxListLength> merges;  ///< in the order in which they happened
   std::uint32_t count = 0;
-  float theta_degrees = 0;  ///< the threshold that was reached
 };
 
 /// Shortens the list to `target` clusters (1 <= target <= count). Where no pair is within theta, theta

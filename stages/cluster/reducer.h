@@ -24,7 +24,13 @@ struct NodeView {
   std::span<const formats::GridPoint> position;
   std::span<const std::uint64_t> weight;    ///< empty: all 1
   std::span<const formats::Normal> normal;  ///< unit, or zero for none; empty: the dataset has none
+  std::span<const float> radius;            ///< world units, not negative
   const CurveOrder& curve;
+};
+
+struct Share {
+  std::uint32_t point;
+  double factor;  ///< by which its weight counts; above 0
 };
 
 struct Reduction {
@@ -33,6 +39,9 @@ struct Reduction {
   std::vector<std::uint32_t> representative;
   /// For each representative the point whose values it takes; empty: it is the mean of its points.
   std::vector<std::uint32_t> chosen;
+  /// For each representative the shares of points, also of some that it does not stand for, in its attributes that are
+  /// averaged. Where there are none, its own points have one share each.
+  std::vector<std::vector<Share>> blend;
   float theta_degrees =
       0;  ///< largest threshold that merging was relaxed to; 0 if normals played no part
   std::uint32_t grid =
@@ -54,9 +63,12 @@ class Reducer {
 struct ClusterOptions {
   std::optional<std::uint32_t> grid;  ///< K, 1 to 65536; none: about 16 points a cell
   ThetaRule theta;
+  std::uint32_t refinement = 1;  ///< passes in which points move to the nearest center
 };
 
-/// "cluster", "first" or "random"; throws Error (kUsage) for any other name.
+/// The names of all reducers, the default first.
+std::span<const std::string_view> reducer_names();
+/// Throws Error (kUsage) for any other name. `options` serve "cluster".
 std::unique_ptr<Reducer> make_reducer(std::string_view name, const ClusterOptions& options);
 
 }  // namespace cairn::stages

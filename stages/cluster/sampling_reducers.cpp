@@ -1,24 +1,70 @@
 #include "stages/cluster/sampling_reducers.h"
 
+#include <algorithm>
+#include <limits>
+#include <utility>
+
 #include "formats/error.h"
+#include "stages/cluster/center_tree.h"
+#include "stages/cluster/numbering.h"
+#include "stages/cluster/places.h"
 #include "stages/mix.h"
 
 namespace cairn::stages {
+namespace {
+
+std::vector<std::uint32_t> first_of_runs(const NodeView& node, std::uint64_t quota) {
+  const std::uint64_t count = node.position.size();
+  std::vector<std::uint32_t> chosen;
+  chosen.reserve(quota);
+  for (std::uint64_t run = 0; run < quota; ++run)
+    chosen.push_back(node.curve.order[run * count / quota]);
+  return chosen;
+}
+
+std::vector<std::uint32_t> any_of(const NodeView& node, std::uint64_t quota) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> lots;
+  lots.reserve(node.position.size());
+  for (std::uint32_t i = 0; i < node.position.size(); ++i)
+    lots.emplace_back(mix(formats::value_of(node.id), i), i);
+  std::nth_element(lots.begin(), lots.begin() + static_cast<std::ptrdiff_t>(quota) - 1, lots.end());
+  std::vector<std::uint32_t> chosen;
+  chosen.reserve(quota);
+  for (std::uint64_t k = 0; k < quota; ++k) chosen.push_back(lots[k].second);
+  return chosen;
+}
+
+/// For each point which of the chosen is nearest, the first of several; of a chosen one itself.
+std::vector<std::uint32_t> nearest_of(const NodeView& node,
+                                      const std::vector<std::uint32_t>& chosen) {
+  const Places places(node);
+  std::vector<Location> centers;
+  centers.reserve(chosen.size());
+  for (const std::uint32_t point : chosen) centers.push_back(places[point]);
+  const CenterTree tree(centers);
+  std::vector<std::uint32_t> nearest(node.position.size());
+  for (std::uint32_t i = 0; i < nearest.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    tree.search(places[i], least, [&](std::uint32_t r, double square) {
+      if (square < least || r < nearest[i]) nearest[i] = r;
+      return least = square;
+    });
+  }
+  for (std::uint32_t r = 0; r < chosen.size(); ++r) nearest[chosen[r]] = r;
+  return nearest;
+}
+
+}  // namespace
 
 Reduction SamplingReducer::reduce(const NodeView& node, std::uint64_t quota) const {
-  const std::uint64_t count = node.position.size();
-  CAIRN_CHECK(quota >= 1 && quota <= count);
+  CAIRN_CHECK(quota >= 1 && quota <= node.position.size());
+  const std::vector<std::uint32_t> chosen =
+      pick_ == Pick::kFirst ? first_of_runs(node, quota) : any_of(node, quota);
   Reduction reduction;
-  reduction.representative.resize(count);
+  reduction.representative = nearest_of(node, chosen);
   reduction.chosen.reserve(quota);
-  for (std::uint64_t run = 0; run < quota; ++run) {
-    const std::uint64_t first = run * count / quota, last = (run + 1) * count / quota;
-    for (std::uint64_t i = first; i < last; ++i)
-      reduction.representative[node.curve.order[i]] = static_cast<std::uint32_t>(run);
-    const std::uint64_t pick =
-        pick_ == Pick::kFirst ? 0 : mix(formats::value_of(node.id), run) % (last - first);
-    reduction.chosen.push_back(node.curve.order[first + pick]);
-  }
+  for (const std::uint32_t old : number_along(node.curve.order, quota, reduction.representative))
+    reduction.chosen.push_back(chosen[old]);
   return reduction;
 }
 

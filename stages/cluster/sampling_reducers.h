@@ -1,6 +1,5 @@
-// Reducers that keep some of a node's points as they are, for comparison and for quick previews: the
-// points along the curve are cut into as many equal runs as representatives are wanted, and one point
-// of each run stands for all of it.
+// Reducers that keep some of a node's points as they are, each standing for those that it is nearest to: for comparison, and
+// for quick previews.
 #pragma once
 
 #include "stages/cluster/reducer.h"
@@ -9,10 +8,10 @@ namespace cairn::stages {
 
 class SamplingReducer final : public Reducer {
  public:
-  /// Which point of a run is kept.
+  /// Which points are kept.
   enum class Pick {
-    kFirst,   ///< the first along the curve
-    kRandom,  ///< any, by a hash of node and run, so that it is the same on every run of the program
+    kFirst,  ///< of equal runs along the curve the first points
+    kRandom,  ///< any, all with the same chance, by a hash of node and point: so they are the same on every run
   };
 
   explicit SamplingReducer(Pick pick) : pick_(pick) {}

@@ -50,6 +50,7 @@ TEST_F(Settings, DefaultsAreTheDesigns) {
   EXPECT_EQ(options.grid, std::nullopt);
   EXPECT_EQ(options.theta_degrees, 15);
   EXPECT_EQ(options.theta_relaxation, 1.5);
+  EXPECT_EQ(options.refinement, 1U);
   EXPECT_EQ(options.reducer, "cluster");
   EXPECT_EQ(options.position_bits, 16);
   EXPECT_EQ(options.codec, formats::Codec::kLzo);
@@ -71,6 +72,7 @@ reducer = "first"
 grid = 40
 theta = 20
 theta_relaxation = 2.5
+refinement = 3
 position_bits = 20
 lossless_leaves = true
 codec = "zstd"
@@ -92,6 +94,7 @@ progress = "json"
   EXPECT_EQ(options.grid, 40U);
   EXPECT_EQ(options.theta_degrees, 20);
   EXPECT_EQ(options.theta_relaxation, 2.5);
+  EXPECT_EQ(options.refinement, 3U);
   EXPECT_EQ(options.position_bits, 20);
   EXPECT_TRUE(options.lossless_leaves);
   EXPECT_EQ(options.codec, formats::Codec::kZstd);
@@ -103,12 +106,12 @@ progress = "json"
 
 TEST_F(Settings, FlagsWinOverConfigurationOverPreset) {
   const std::string text = std::string(kMinimum) + "preset = \"preview\"\nfanout = 4\n";
-  EXPECT_EQ(resolve(text).options.reducer, "random");
-  EXPECT_EQ(resolve(text, flag("reducer", {"first"})).options.reducer, "first");
+  EXPECT_EQ(resolve(text).options.refinement, 0U);
+  EXPECT_EQ(resolve(text, flag("refinement", {"2"})).options.refinement, 2U);
   EXPECT_EQ(resolve(text, flag("fanout", {"8"})).options.fanout, 8U);
   EXPECT_EQ(resolve(text, flag("fanout", {"auto"})).options.fanout, std::nullopt);
-  EXPECT_EQ(resolve(text, flag("preset", {"archive"})).options.reducer, "cluster");
-  EXPECT_EQ(resolve(text + "reducer = \"first\"\n").options.reducer, "first");
+  EXPECT_EQ(resolve(text, flag("preset", {"archive"})).options.refinement, 1U);
+  EXPECT_EQ(resolve(text + "refinement = 3\n").options.refinement, 3U);
 }
 
 TEST_F(Settings, FlagsAreNotRelativeToTheConfiguration) {
@@ -326,6 +329,7 @@ TEST_F(Settings, EveryPresetHoldsAndTheDefaultOneChangesNothing) {
   EXPECT_EQ(preset.grid, plain.grid);
   EXPECT_EQ(preset.theta_degrees, plain.theta_degrees);
   EXPECT_EQ(preset.theta_relaxation, plain.theta_relaxation);
+  EXPECT_EQ(preset.refinement, plain.refinement);
   EXPECT_EQ(preset.reducer, plain.reducer);
   EXPECT_EQ(preset.position_bits, plain.position_bits);
   EXPECT_EQ(preset.lossless_leaves, plain.lossless_leaves);

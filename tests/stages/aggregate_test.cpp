@@ -45,7 +45,8 @@ TEST(Aggregate, WeightsBeyond32BitsAreExact) {
   for (int turn = 0; turn < 20'000; ++turn) {
     const WorkingNode node = heavy_node(random);
     const std::size_t count = node.count();
-    const Reduction reduction{.representative = std::vector<std::uint32_t>(count, 0), .chosen = {}};
+    const Reduction reduction{
+        .representative = std::vector<std::uint32_t>(count, 0), .chosen = {}, .blend = {}};
     const std::vector<float> decoded_radius(count, 1);
     const WorkingNode share = aggregate({.node = node,
                                          .reduction = reduction,

@@ -26,29 +26,15 @@ std::vector<std::uint32_t> play_out(std::vector<std::uint32_t> lengths, std::uin
   return result;
 }
 
-TEST(LevelLengths, EqualsTheLiteralQueue) {
+TEST(LeveledLength, EqualsTheLiteralQueue) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 3000; ++trial) {
     std::vector<std::uint32_t> lengths(1 + random() % 40);
     for (auto& length : lengths) length = 1 + random() % (trial % 2 == 0 ? kMaxListLength : 4);
     const std::uint64_t total = std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0});
     const std::uint64_t quota = 1 + random() % total;
-    std::vector<std::uint32_t> targets = level_lengths(lengths, quota);
-    for (std::size_t i = 0; i < lengths.size(); ++i) {
-      ASSERT_GE(targets[i], 1U);
-      ASSERT_LE(targets[i], lengths[i]);
-    }
-    std::sort(targets.rbegin(), targets.rend());
-    ASSERT_EQ(targets, play_out(lengths, quota));
+    ASSERT_EQ(leveled_length(lengths, quota), play_out(lengths, quota).front());
   }
-}
-
-TEST(LevelLengths, SpreadsTheLastStepAlongTheCurve) {
-  const std::vector<std::uint32_t> targets = level_lengths(std::vector<std::uint32_t>(100, 8), 750);
-  for (std::size_t i = 0; i < 100; i += 10)
-    EXPECT_EQ(std::accumulate(targets.begin() + static_cast<std::ptrdiff_t>(i),
-                              targets.begin() + static_cast<std::ptrdiff_t>(i) + 10, 0U),
-              75U);
 }
 
 TEST(CutLists, SharesLeadingBitsAndStaysShort) {

@@ -205,7 +205,7 @@ TEST_F(ClusterTest, TenThousandSmallCloudsAreExactToo) {
 
 TEST_F(ClusterTest, EveryReducerGivesUniformNodesAndConservesWeight) {
   const auto input = random_cloud(5000, 1 << 16, 3);
-  for (const char* reducer : {"cluster", "first", "random"}) {
+  for (const std::string_view reducer : reducer_names()) {
     const DatasetHeader header = header_for(input.size(), 4, 300);
     const Tree tree = header.tree();
     const auto nodes = run(input, header, reducer);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <random>
 #include <set>
 #include <vector>
@@ -19,6 +20,8 @@ MergeList random_list(std::mt19937& random, std::uint32_t count, bool normals) {
     list.y[i] = coordinate(random);
     list.z[i] = coordinate(random);
     list.weight[i] = static_cast<float>(1 + random() % 5);
+    list.area[i] = static_cast<float>(1 + random() % 5);
+    list.cost[i] = 0;
     const float a = normals ? coordinate(random) * 3.1F : 0,
                 b = normals ? coordinate(random) * 1.5F : 0;
     list.nx[i] = normals ? std::cos(a) * std::cos(b) : 0;
@@ -57,8 +60,8 @@ TEST(MergePairs, FirstMergeIsTheCheapestPairOfAll) {
       for (std::uint32_t b = a + 1; b < list.count; ++b) {
         const double dx = list.x[a] - list.x[b], dy = list.y[a] - list.y[b],
                      dz = list.z[a] - list.z[b];
-        const double wa = list.weight[a], wb = list.weight[b];
-        const double cost = wa * wb / (wa + wb) * (dx * dx + dy * dy + dz * dz);
+        const double area_a = list.area[a], area_b = list.area[b];
+        const double cost = area_a * area_b / (area_a + area_b) * (dx * dx + dy * dy + dz * dz);
         if (cost < cheapest) {
           cheapest = cost;
           best_a = a;
@@ -72,15 +75,31 @@ TEST(MergePairs, FirstMergeIsTheCheapestPairOfAll) {
   }
 }
 
+TEST(MergePairs, AMergeCostsNoLessThanThoseThatItBuildsOn) {
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 300; ++trial) {
+    MergeList list = random_list(random, kMaxListLength, trial % 2 == 0);
+    const MergeOutcome outcome = merge_pairs(list, 1, {});
+    std::map<std::uint32_t, float> cost_of;  // of the last merge into a cluster
+    for (std::uint32_t k = 0; k < outcome.count; ++k) {
+      const Merge& merge = outcome.merges[k];
+      ASSERT_TRUE(std::isfinite(merge.cost));
+      ASSERT_GE(merge.cost, cost_of[merge.winner]);
+      ASSERT_GE(merge.cost, cost_of[merge.loser]);
+      cost_of[merge.winner] = merge.cost;
+    }
+  }
+}
+
 TEST(MergePairs, KeepsOppositeSheetsApartWhileThetaForbidsIt) {
   // Two sheets of 16 points, a hair apart, facing opposite ways.
-  MergeList list;
+  MergeList list{};
   list.count = 32;
   for (std::uint32_t i = 0; i < 32; ++i) {
     list.x[i] = static_cast<float>(i / 2 % 4);
     list.y[i] = static_cast<float>(i / 8);
     list.z[i] = i % 2 == 0 ? 0.0F : 0.001F;
-    list.weight[i] = 1;
+    list.weight[i] = list.area[i] = 1;
     list.nx[i] = list.ny[i] = 0;
     list.nz[i] = i % 2 == 0 ? 1.0F : -1.0F;
     list.id[i] = i;
@@ -88,18 +107,18 @@ TEST(MergePairs, KeepsOppositeSheetsApartWhileThetaForbidsIt) {
   const MergeOutcome outcome = merge_pairs(list, 2, {15, 1.5F});
   for (std::uint32_t k = 0; k < outcome.count; ++k)
     EXPECT_EQ(outcome.merges[k].winner % 2, outcome.merges[k].loser % 2);
-  EXPECT_EQ(outcome.theta_degrees, 15);
+  EXPECT_EQ(outcome.merges[outcome.count - 1].theta_degrees, 15);
   EXPECT_EQ(list.nz[0], 1);
   EXPECT_EQ(list.nz[1], -1);
 }
 
 TEST(MergePairs, RelaxesThetaOnlyAsFarAsNeeded) {
-  MergeList list;
+  MergeList list{};
   list.count = 2;
   for (std::uint32_t i = 0; i < 2; ++i) {
     list.x[i] = static_cast<float>(i);
     list.y[i] = list.z[i] = 0;
-    list.weight[i] = 1;
+    list.weight[i] = list.area[i] = 1;
     const float angle = static_cast<float>(i) * 40.0F * 3.14159265F / 180.0F;
     list.nx[i] = std::cos(angle);
     list.ny[i] = std::sin(angle);
@@ -107,7 +126,10 @@ TEST(MergePairs, RelaxesThetaOnlyAsFarAsNeeded) {
     list.id[i] = i;
   }
   // 15, 22.5, 33.75, 50.625: the first that 40 degrees fit into.
-  EXPECT_FLOAT_EQ(merge_pairs(list, 1, {15, 1.5F}).theta_degrees, 50.625F);
+  const Merge merge = merge_pairs(list, 1, {15, 1.5F}).merges[0];
+  EXPECT_FLOAT_EQ(merge.theta_degrees, 50.625F);
+  // Half the squared distance, times the relaxation's square three times, but for the bits that hold an index.
+  EXPECT_NEAR(merge.cost, 0.5 * std::pow(1.5, 6), 1e-4);
 }
 
 TEST(MergePairs, MissingNormalsBlockNothing) {
@@ -128,7 +150,7 @@ TEST(MergePairs, EndsWhereEqualCostsRoundDifferently) {
     list.x[i] = 2.4052999F * static_cast<float>(at[i][0] - at[0][0]);
     list.y[i] = 2.4052999F * static_cast<float>(at[i][1] - at[0][1]);
     list.z[i] = 2.4052999F * static_cast<float>(at[i][2] - at[0][2]);
-    list.weight[i] = weight[i];
+    list.weight[i] = list.area[i] = weight[i];
     list.id[i] = i;
   }
   EXPECT_EQ(merge_pairs(list, 2, {}).count, 1U);
@@ -140,13 +162,13 @@ TEST(MergePairs, EndsWithTheSmallestRelaxation) {
   list.count = 2;
   for (std::uint32_t i = 0; i < 2; ++i) {
     list.x[i] = static_cast<float>(i);
-    list.weight[i] = 1;
+    list.weight[i] = list.area[i] = 1;
     list.id[i] = i;
   }
   list.nx[0] = 1;
   list.ny[1] = 1;
   // A step of less than a degree counts as one: 15, 16, ... 90.
-  EXPECT_FLOAT_EQ(merge_pairs(list, 1, {15, 1.00000001F}).theta_degrees, 90);
+  EXPECT_FLOAT_EQ(merge_pairs(list, 1, {15, 1.00000001F}).merges[0].theta_degrees, 90);
 }
 
 }  // namespace

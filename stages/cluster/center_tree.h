@@ -1,0 +1,65 @@
+// Which of many centers are near a place: a balanced kd-tree of them.
+// Source: J. Bentley, "Multidimensional binary search trees used for associative searching", 1975; J. Friedman, J. Bentley,
+// R. Finkel, "An algorithm for finding best matches in logarithmic expected time", 1977 (buckets, order of the search).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/cluster/places.h"
+
+namespace cairn::stages {
+
+class CenterTree {
+ public:
+  /// `centers`: at least one, finite.
+  explicit CenterTree(std::span<const Location> centers);
+
+  /// Calls limit = visit(index, square) for centers whose squared distance `square` is at most `limit` then, among them
+  /// all that are within the limit that is returned last. The limit must not grow.
+  template <typename Visit>
+  void search(const Location& place, double limit, const Visit& visit) const {
+    descend({0, 0, static_cast<std::uint32_t>(order_.size())}, place, limit, visit);
+  }
+
+ private:
+  static constexpr std::uint32_t kBucket = 8;
+
+  /// Children of node i are 2 i + 1 and 2 i + 2; they share its centers half and half.
+  struct Part {
+    std::uint32_t node, first, last;
+
+    bool is_bucket() const { return last - first <= kBucket; }
+    Part left() const { return {2 * node + 1, first, first + (last - first) / 2}; }
+    Part right() const { return {2 * node + 2, first + (last - first) / 2, last}; }
+  };
+  struct Plane {
+    double at;
+    std::uint32_t axis;
+  };
+
+  void build(const Part& part, std::span<const Location> centers);
+
+  template <typename Visit>
+  void descend(const Part& part, const Location& place, double& limit, const Visit& visit) const {
+    if (part.is_bucket()) {
+      for (std::uint32_t i = part.first; i < part.last; ++i) {
+        const double square = squared_distance(place, sorted_[i]);
+        if (square <= limit) limit = visit(order_[i], square);
+      }
+      return;
+    }
+    const Plane& plane = planes_[part.node];
+    const double beyond = place[plane.axis] - plane.at;
+    descend(beyond < 0 ? part.left() : part.right(), place, limit, visit);
+    if (beyond * beyond <= limit)
+      descend(beyond < 0 ? part.right() : part.left(), place, limit, visit);
+  }
+
+  std::vector<std::uint32_t> order_;  ///< of the centers, by buckets
+  std::vector<Location> sorted_;      ///< in that order
+  std::vector<Plane> planes_;
+};
+
+}  // namespace cairn::stages
