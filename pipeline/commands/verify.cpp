@@ -13,6 +13,7 @@
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
+#include "pipeline/scan_gains.h"
 #include "pipeline/verify_report.h"
 #include "stages/import/import.h"
 
@@ -57,7 +58,7 @@ class VerifyCommand : public DatasetCommand {
                               .make_array = {},
                               .progress = progress.get(),
                               .stop = stop};
-      return stages::verify_dataset(context, dataset, source_of(scans, dataset.header(), context));
+      return stages::verify_dataset(context, dataset, source_of(scans, dataset, context));
     }();
     print_results(json_ ? verify_json(report) : verify_text(report, dataset_));
     if (!report.held())
@@ -87,14 +88,20 @@ class VerifyCommand : public DatasetCommand {
     return open_campaign(campaign);
   }
 
-  /// The scans' points as the dataset's own records; nothing if no scans are given.
+  /// The scans' points as the dataset's own records, balanced as they are there; nothing if no scans are given.
   static std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
-                                                       const formats::DatasetHeader& header,
+                                                       const formats::DatasetReader& dataset,
                                                        const stages::Context& context) {
     if (scans.empty()) return std::nullopt;
-    return [&scans, &header, &context](const stages::RecordSink& sink) {
-      stages::stream_canonical_records(scans, formats::digest_schema(header), header.grid, context,
-                                       sink);
+    return [&scans, &dataset, &context](const stages::RecordSink& sink) {
+      const formats::Schema schema = formats::digest_schema(dataset.header());
+      const ScanGains gains(dataset.metadata(), schema, scans);
+      stages::stream_canonical_records(
+          scans, schema, dataset.header().grid, context,
+          [&](std::size_t scan, std::span<std::byte> records, std::size_t stride) {
+            gains.apply(scan, records, stride);
+            sink(records, stride);
+          });
     };
   }
 

@@ -1,5 +1,5 @@
 // The one place that knows FLANN.
-#include "stages/estimate/position_index.h"
+#include "stages/neighbors/position_index.h"
 
 #include <bit>
 #include <cstdint>
