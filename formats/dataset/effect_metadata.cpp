@@ -85,6 +85,7 @@ std::optional<DecodeError> check_effects(const Json& json, const DatasetHeader& 
     if (dropped != header.dropped_points)
       return contradiction("dropped of all sources", dropped, header.dropped_points);
     for (const Json& effect : json.at(kEffects)) {
+      if (!effect.is_object()) return broken;
       if (!effect.contains("removed")) continue;
       const auto name = effect.at("name").get<std::string>();
       Uint128 removed = 0;

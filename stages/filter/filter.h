@@ -1,6 +1,6 @@
 // Filter: effects between import and split that a campaign calls for. Points that are given twice, outliers, or more points
-// than a spacing asks for are removed; the exposure of overlapping scans is balanced. Each is counted by scan. They see the
-// whole cloud, block by block, so what they do depends neither on blocks, nor on threads, nor on memory.
+// than a spacing asks for are removed; the exposure of overlapping scans is balanced. Each is counted by scan. Neighbors and
+// cells go across the leaves of a first split, so that effects see the whole cloud and hold a few leaves of it.
 #pragma once
 
 #include <array>

@@ -4,6 +4,7 @@
 // precision and over the whole campaign: copies of a stray point do not keep each other.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "stages/filter/effect.h"
 #include "stages/neighbors/distinct_positions.h"
@@ -15,12 +16,16 @@ namespace cairn::stages {
 
 namespace {
 
+float rounded(double distance) {
+  return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
+}
+
 /// Over the others of a neighborhood, the position itself being the first; 0 where there are none.
 float mean_distance(std::span<const Neighbor> neighbors) {
   if (neighbors.size() < 2) return 0;
   double sum = 0;
   for (const Neighbor& neighbor : neighbors) sum += std::sqrt(neighbor.squared_distance);
-  return static_cast<float>(sum / static_cast<double>(neighbors.size() - 1));
+  return rounded(sum / static_cast<double>(neighbors.size() - 1));
 }
 
 class OutlierRemoval final : public Effect {
@@ -77,7 +82,7 @@ class OutlierRemoval final : public Effect {
     const auto [same, squares] = sum_of(
         cloud, distances, [&](double distance) { return (distance - mean) * (distance - mean); });
     const double deviation = std::sqrt(squares / std::max(1.0, same - 1));
-    return static_cast<float>(mean + deviations_ * deviation);
+    return rounded(mean + deviations_ * deviation);
   }
 
   struct Sum {
