@@ -24,6 +24,8 @@ struct CellRules {
   std::function<std::vector<Entry>(std::uint64_t leaf)> read;
   /// Puts an entry of the same key into another. Whatever the order, the result must be the same.
   std::function<void(Entry& into, const Entry& other)> absorb;
+  /// All entries of a node's points have been put together, as far as they are in it; none: nobody needs to know.
+  std::function<void(formats::IndexRange points)> merged;
   /// Takes the entries of cells that are complete, by key. Each cell comes once, in any order.
   std::function<void(std::span<const Entry>)> complete;
 };
@@ -42,8 +44,9 @@ class CellReduction {
   /// The entries of a node's cells that others may have points of too.
   Entries reduce(formats::Level level, std::uint64_t index, const CellRegion& region) const {
     Entries entries =
-        merged(level == nodes_.tree().leaf_level() ? rules_.read(index)
-                                                   : reduce_children(level, index, region));
+        put_together(level == nodes_.tree().leaf_level() ? rules_.read(index)
+                                                         : reduce_children(level, index, region));
+    if (rules_.merged) rules_.merged(nodes_.tree().input_range(level, index));
     const auto open = std::stable_partition(entries.begin(), entries.end(),
                                             [&](const Entry& e) { return region.holds(e.cell); });
     rules_.complete({entries.begin(), open});
@@ -64,7 +67,7 @@ class CellReduction {
     return all;
   }
 
-  Entries merged(Entries entries) const {
+  Entries put_together(Entries entries) const {
     std::sort(entries.begin(), entries.end(),
               [](const Entry& a, const Entry& b) { return a.key() < b.key(); });
     std::size_t last = 0;

@@ -40,6 +40,7 @@ class Compactor {
     std::vector<std::uint64_t> starts(leaves + 1);
     for_each_piece(leaves, [&](std::uint64_t leaf) {
       cloud_.for_each_kept(leaf, [&](std::uint64_t, const std::byte*) { ++starts[leaf + 1]; });
+      cloud_.release(leaf);
     });
     for (std::uint64_t leaf = 0; leaf < leaves; ++leaf) starts[leaf + 1] += starts[leaf];
     CAIRN_CHECK(starts.back() > 0);

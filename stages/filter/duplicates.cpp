@@ -33,6 +33,8 @@ class DuplicateRemoval final : public Effect {
               cloud.mark(std::max(into.point, other.point), mark);
               into.point = std::min(into.point, other.point);
             },
+        .merged =
+            [&](formats::IndexRange points) { cloud.marks.release(points.first, points.count); },
         .complete = [](std::span<const Copy>) {}};
     const std::uint64_t leaf_points = cloud.leaves.tree().node_points();
     run_in_arena(
@@ -44,6 +46,7 @@ class DuplicateRemoval final : public Effect {
   std::vector<Copy> read(Cloud& cloud, std::uint64_t leaf, const Context& context) const {
     throw_if_stopped(context);
     std::vector<Copy> copies;
+    copies.reserve(cloud.leaves.range_of(leaf).count);
     cloud.for_each_kept(leaf, [&](std::uint64_t point, const std::byte* record) {
       const formats::GridPoint p = position_of(record);
       copies.push_back({{p[0], p[1], p[2]}, {}, point});

@@ -111,6 +111,7 @@ class ExposureBalance final : public Effect {
               into.points += other.points;
               for (std::size_t c = 0; c < kMostChannels; ++c) into.sum[c] += other.sum[c];
             },
+        .merged = {},
         .complete =
             [&](std::span<const Sample> samples) {
               ChannelOverlaps part;
@@ -131,6 +132,7 @@ class ExposureBalance final : public Effect {
     throw_if_stopped(context);
     const formats::BalancedColumn& column = *cloud.balanced;
     std::vector<Sample> samples;
+    samples.reserve(cloud.leaves.range_of(leaf).count);
     cloud.for_each_kept(leaf, [&](std::uint64_t, const std::byte* record) {
       Sample sample{lattice.cell_at(position_of(record)), cloud.scan_of(record), 0, 1, {}};
       for (std::size_t c = 0; c < column.components; ++c) {

@@ -41,6 +41,8 @@ class Thinning final : public Effect {
               cloud.mark(other_wins ? into.point : other.point, mark);
               if (other_wins) into = other;
             },
+        .merged =
+            [&](formats::IndexRange points) { cloud.marks.release(points.first, points.count); },
         .complete = [](std::span<const Candidate>) {}};
     const std::uint64_t leaf_points = cloud.leaves.tree().node_points();
     run_in_arena(
@@ -53,6 +55,7 @@ class Thinning final : public Effect {
                                      const Context& context) {
     throw_if_stopped(context);
     std::vector<Candidate> candidates;
+    candidates.reserve(cloud.leaves.range_of(leaf).count);
     cloud.for_each_kept(leaf, [&](std::uint64_t point, const std::byte* record) {
       const formats::GridPoint position = position_of(record);
       const Cell cell = lattice.cell_at(position);
