@@ -204,7 +204,8 @@ class Build {
     return scans;
   }
 
-  /// Of a split that this build does not need again, or before effects, the log tells. Points that effects removed count.
+  /// Of a split that this build does not need again, or before effects, the log tells. Points that effects removed
+  /// count.
   void note_rounding(const stages::SplitPoints& points, const formats::Grid& grid,
                      std::vector<formats::SourceSummary>& sources) const {
     const auto first_split =

@@ -14,9 +14,9 @@ namespace cairn::pipeline {
 
 class ScanGains {
  public:
-  /// `schema` is that of the records to come. Scans are found among the sources that `metadata` tells by their names, those
-  /// of one name, and those whose names are no text, in their order. Where the metadata tells of no gains that fit, there
-  /// are none.
+  /// `schema` is that of the records to come. Scans are found among the sources that `metadata` tells by their names,
+  /// those of one name, and those whose names are no text, in their order. Where the metadata tells of no gains that
+  /// fit, there are none.
   ScanGains(std::string_view metadata, const formats::Schema& schema, const stages::Scans& scans);
 
   /// Applies those of a scan to its records.

@@ -1,5 +1,5 @@
-// What metadata.json tells of the effects that a build called for, so that the points of the scans can still be accounted
-// for: what was removed is counted by effect and by scan, with a digest, and gains are told exactly.
+// What metadata.json tells of the effects that a build called for, so that the points of the scans can still be
+// accounted for: what was removed is counted by effect and by scan, with a digest, and gains are told exactly.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,5 +1,5 @@
-// Gains by which a build has balanced an attribute between scans. They are whole numbers of 2^-16, so that whoever knows
-// them gets the same values from the scans, bit by bit.
+// Gains by which a build has balanced an attribute between scans. They are whole numbers of 2^-16, so that whoever
+// knows them gets the same values from the scans, bit by bit.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ struct BalancedColumn {
   std::uint32_t value(const std::byte* record, std::size_t component) const;
 };
 
-/// Color, or intensity where there is no color; nothing if these do not have values of 8 or 16 bits. `schema` is that of
-/// records that begin with a 12-byte position.
+/// Color, or intensity where there is no color; nothing if these do not have values of 8 or 16 bits. `schema` is that
+/// of records that begin with a 12-byte position.
 std::optional<BalancedColumn> balanced_column(const Schema& schema);
 
 /// Makes every component c of the records min(largest value, floor((c * gain + 2^15) / 2^16)). Returns in how many

@@ -1,6 +1,7 @@
-// Points grouped by cells of a lattice, however they are divided into leaves: every leaf brings an entry a point; entries of
-// one key are made one; and up the tree, nodes hand to their parent what cells at their planes hold, until a cell lies
-// inside of a node. So every group is complete once, and what is held at a time are the cells at the planes of some nodes.
+// Points grouped by cells of a lattice, however they are divided into leaves: every leaf brings an entry a point;
+// entries of one key are made one; and up the tree, nodes hand to their parent what cells at their planes hold, until
+// a cell lies inside of a node. So every group is complete once, and what is held at a time are the cells at the
+// planes of some nodes.
 #pragma once
 
 #include <algorithm>

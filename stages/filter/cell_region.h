@@ -1,5 +1,5 @@
-// Which cells of a lattice a node of the tree has for itself. Leaves meet at planes, so the points of one cell may lie in
-// many leaves; but what lies between the planes around a node lies in no other.
+// Which cells of a lattice a node of the tree has for itself. Leaves meet at planes, so the points of one cell may lie
+// in many leaves; but what lies between the planes around a node lies in no other.
 #pragma once
 
 #include <array>

@@ -15,8 +15,8 @@ class Effect {
  public:
   virtual ~Effect() = default;
   virtual std::string_view name() const = 0;
-  /// Acts on the points that are not removed yet; those that it removes get the mark `mark`. Tells the progress of every
-  /// point once.
+  /// Acts on the points that are not removed yet; those that it removes get the mark `mark`. Tells the progress of
+  /// every point once.
   virtual void act(Cloud& cloud, std::uint8_t mark, Context& context) const = 0;
 };
 

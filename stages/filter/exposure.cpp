@@ -1,5 +1,5 @@
-// Balance of exposure: scans that look at the same surface are given the gains that make them tell the same brightness of
-// it, a color channel for itself. See gain_solver.h for the fit.
+// Balance of exposure: scans that look at the same surface are given the gains that make them tell the same brightness
+// of it, a color channel for itself. See gain_solver.h for the fit.
 #include <algorithm>
 #include <array>
 #include <cmath>

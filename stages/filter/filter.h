@@ -1,6 +1,7 @@
-// Filter: effects between import and split that a campaign calls for. Points that are given twice, outliers, or more points
-// than a spacing asks for are removed; the exposure of overlapping scans is balanced. Each is counted by scan. Neighbors and
-// cells go across the leaves of a first split, so that effects see the whole cloud and hold a few leaves of it.
+// Filter: effects between import and split that a campaign calls for. Points that are given twice, outliers, or more
+// points than a spacing asks for are removed; the exposure of overlapping scans is balanced. Each is counted by scan.
+// Neighbors and cells go across the leaves of a first split, so that effects see the whole cloud and hold a few leaves
+// of it.
 #pragma once
 
 #include <array>
@@ -37,9 +38,9 @@ struct FilterOptions {
 };
 
 struct FilterInput {
-  /// All records in kd-order, `stride` bytes each: 12-byte grid position, attributes, then, if `numbered`, the number of
-  /// the record's scan as a u32. Records of one position stand in campaign order, as the split leaves them. May be empty
-  /// where an earlier run was done with them.
+  /// All records in kd-order, `stride` bytes each: 12-byte grid position, attributes, then, if `numbered`, the number
+  /// of the record's scan as a u32. Records of one position stand in campaign order, as the split leaves them. May be
+  /// empty where an earlier run was done with them.
   formats::ExternalArray& records;
   std::size_t stride;
   bool numbered;      ///< else all records are of scan 0

@@ -1,7 +1,8 @@
 // Removal of points whose neighbors are unusually far away.
-// Based on: R. B. Rusu, "Semantic 3D Object Maps for Everyday Manipulation in Human Living Environments", 2009, section 4.1,
-// and PCL's StatisticalOutlierRemoval. Departs from PCL in that neighbors are distinct positions, found exactly in double
-// precision and over the whole campaign: copies of a stray point do not keep each other.
+// Based on: R. B. Rusu, Z. C. Marton, N. Blodow, M. Dolha, M. Beetz, "Towards 3D Point Cloud Based Object Maps for
+// Household Environments", 2008, and PCL's StatisticalOutlierRemoval. Departs from PCL in that neighbors are distinct
+// positions, found exactly in double precision and over the whole campaign: copies of a stray point do not keep each
+// other.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -51,8 +52,8 @@ class OutlierRemoval final : public Effect {
   }
 
  private:
-  /// The mean distance of every point to its neighbors. Only duplicates are removed before, which leaves the positions as
-  /// they were.
+  /// The mean distance of every point to its neighbors. Only duplicates are removed before, which leaves the positions
+  /// as they were.
   void measure(Cloud& cloud, formats::ExternalArray& distances, const Context& context) const {
     const LeafBoxes boxes(cloud.leaves.tree(), cloud.grid.step, cloud.boxes);
     const NeighborhoodFinder finder(cloud.leaves.array(), cloud.leaves.stride(), boxes,

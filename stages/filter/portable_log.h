@@ -1,5 +1,5 @@
-// Logarithm and exponential from the four operations alone: the C library's differ in their last bits between machines, and
-// what a build decides by them must not.
+// Logarithm and exponential from the four operations alone: the C library's differ in their last bits between
+// machines, and what a build decides by them must not.
 #pragma once
 
 #include <cmath>

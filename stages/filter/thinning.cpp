@@ -1,6 +1,7 @@
-// Thinning: of the points in each cell of a cubic lattice one is kept, the nearest to the cell's center; of equally near
-// ones that of the least position, of these the first of the campaign. A lattice and not Poisson discs, which would depend on
-// the order in which points are taken; two kept points may be nearer than a cell's side, across the border of two cells.
+// Thinning: of the points in each cell of a cubic lattice one is kept, the nearest to the cell's center; of equally
+// near ones that of the least position, of these the first of the campaign. A lattice and not Poisson discs, which
+// would depend on the order in which points are taken; two kept points may be nearer than a cell's side, across the
+// border of two cells.
 #include <tuple>
 
 #include "stages/filter/cell_reduction.h"

@@ -21,8 +21,8 @@ struct SplitPoints {
       rounding;  ///< a scan: what mapping its positions to the grid rounded off; none: nothing was mapped
 };
 
-/// Consumes the imported points. Between two work arrays records are streamed while a node exceeds its
-/// share of the memory, and handled in memory below that. `name` is that of its units and arrays: a job may split twice.
+/// Consumes the imported points. Between two work arrays records are streamed while a node exceeds its share of the
+/// memory, and handled in memory below that. `name` is that of its units and arrays: a job may split twice.
 SplitPoints split(ImportedPoints&& imported, const formats::Tree& tree, Context& context,
                   std::string_view name = unit_log::kSplit);
 

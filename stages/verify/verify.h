@@ -57,14 +57,13 @@ struct VerifyReport {
 /// Takes canonical records of input points, `stride` bytes each: grid position, then the attributes of
 /// formats::digest_schema, as RecordLayout with 12-byte positions lays them out.
 using RecordSink = std::function<void(std::span<const std::byte> records, std::size_t stride)>;
-/// Streams all points of the sources that import keeps into a sink, with the gains that the metadata tells applied, in any
-/// order, from any number of threads at a time.
+/// Streams all points of the sources that import keeps into a sink, with the gains that the metadata tells applied, in
+/// any order, from any number of threads at a time.
 using RecordSource = std::function<void(const RecordSink&)>;
 
-/// Checks a dataset. Memory: a path of decoded nodes from the root to a leaf, for each thread. With
-/// `sources`, also that their points are as many, with the same digest, as the root's and those that effects have removed
-/// together. Throws Error:
-/// kInput where bytes are damaged (broken promises are reported, not thrown), kSystem where reading
+/// Checks a dataset. Memory: a path of decoded nodes from the root to a leaf, for each thread. With `sources`, also
+/// that their points are as many, with the same digest, as the root's and those that effects have removed together.
+/// Throws Error: kInput where bytes are damaged (broken promises are reported, not thrown), kSystem where reading
 /// fails.
 VerifyReport verify_dataset(const Context& context, const formats::DatasetReader& dataset,
                             const std::optional<RecordSource>& sources);

@@ -1,5 +1,5 @@
-// The effects of `cairn build`, by the real program: told, proved against the scans, the same bytes whatever the threads, the
-// memory and the interruptions.
+// The effects of `cairn build`, by the real program: told, proved against the scans, the same bytes whatever the
+// threads, the memory and the interruptions.
 #include <csignal>
 #include <map>
 

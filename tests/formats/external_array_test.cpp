@@ -111,8 +111,8 @@ TEST_F(ExternalArrayTest, ReleaseGivesEveryTouchedPageBackAndKeepsTheContents) {
   ExternalArray array(path(), 4 * kMiB);
   std::ranges::fill(array.bytes(), std::byte{0x5a});
   ASSERT_EQ(resident_bytes(path()), 4 * kMiB);
-  // Begins and ends inside of pages: those go too, or neighbouring ranges would leave them behind; at either end up to a
-  // window of 64 KiB.
+  // Begins and ends inside of pages: those go too, or neighbouring ranges would leave them behind; at either end up to
+  // a window of 64 KiB.
   array.release(kMiB + 1, kMiB);
   const auto left = resident_bytes(path());
   EXPECT_LE(left, 3 * kMiB - 4096);
