@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "pipeline/build_checks.h"
 #include "pipeline/campaign.h"
 #include "pipeline/dataset_header.h"
+#include "pipeline/effects.h"
 #include "pipeline/failure.h"
 #include "pipeline/finished_build.h"
 #include "pipeline/job_keys.h"
@@ -109,6 +111,8 @@ class Build {
   void begin_stages() {
     const JobKeys keys = job_keys(options_);
     journal_.begin_stage(stages::unit_log::kImport, keys.import);
+    journal_.begin_stage(stages::unit_log::kBlocks, keys.import);
+    journal_.begin_stage(stages::unit_log::kFilter, keys.filter);
     journal_.begin_stage(stages::unit_log::kSplit, keys.split);
     journal_.begin_stage(stages::unit_log::kEstimate, keys.estimate);
     journal_.begin_stage(stages::unit_log::kCluster, keys.cluster);
@@ -134,6 +138,7 @@ class Build {
     const stages::ImportOptions import = import_options(options_, scans);
     const stages::CampaignSize size = stages::campaign_size(scans, import);
     require_room_for_estimates(options_, size.schema);
+    if (options_.filter.balance_exposure) stages::require_balanced_column(size.schema);
     require_disk(workspace_, journal_, options_, size, import.number_scans);
     scans_ = scans.size();
     input_bytes_ = 0;
@@ -141,24 +146,29 @@ class Build {
       input_bytes_ += std::filesystem::file_size(path);
 
     stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
-    const Tree tree = choose_tree(options_, imported.points);
-    require_node_memory(
-        tree,
-        stages::estimated_stride(imported.stride - imported.native_position_bytes + 12,
-                                 import.number_scans, estimate_options(options_)),
-        context_.memory_bytes);
-    const DatasetHeader header = make_header(options_, imported, tree);
     formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
     tell_lost_detail(scans, imported);
     const Sensors sensors = sensors_of(scans);
+    const bool numbered = estimates_by_scan(options_, scans);
     scans.clear();  // and with them their worker processes
+
+    if (options_.filter.any())
+      imported = run_effects(std::move(imported), options_, numbered,
+                             !journal_.is_done(stages::unit_log::kFilter), extras, context_);
+    const Tree tree = choose_tree(options_, imported.points);
+    require_node_memory(
+        tree,
+        stages::estimated_stride(imported.stride - imported.native_position_bytes + 12, numbered,
+                                 estimate_options(options_)),
+        context_.memory_bytes);
+    const DatasetHeader header = make_header(options_, imported, tree);
 
     stages::SplitPoints points;
     points.stride = imported.stride - imported.native_position_bytes + sizeof(formats::GridPoint);
     if (!journal_.is_done(stages::unit_log::kCluster)) {
       if (!estimates(options_) || !journal_.is_done(stages::unit_log::kEstimate))
         points = stages::split(std::move(imported), tree, context_);
-      if (estimates(options_)) add_estimates(points, header, sensors, import.number_scans);
+      if (estimates(options_)) add_estimates(points, header, sensors, numbered);
     }
     note_rounding(points, header.grid, extras.sources);
     formats::OutputFile spill = open_spill();
@@ -194,14 +204,20 @@ class Build {
     return scans;
   }
 
-  /// Of a split that this build does not need again, the log tells.
+  /// Of a split that this build does not need again, or before effects, the log tells. Points that effects removed
+  /// count.
   void note_rounding(const stages::SplitPoints& points, const formats::Grid& grid,
                      std::vector<formats::SourceSummary>& sources) const {
+    const auto first_split =
+        options_.filter.any() ? stages::unit_log::kBlocks : stages::unit_log::kSplit;
     const std::vector<stages::Rounding> rounding =
-        points.rounding.empty() ? stages::rounding_of_split(context_) : points.rounding;
+        points.rounding.empty() ? stages::rounding_of_split(context_, first_split)
+                                : points.rounding;
     for (std::size_t s = 0; s < sources.size(); ++s) {
+      const std::uint64_t mapped =
+          std::accumulate(sources[s].removed.begin(), sources[s].removed.end(), sources[s].kept);
       sources[s].largest_rounding = rounding[s].largest();
-      sources[s].rms_rounding = rounding[s].rms(sources[s].kept, grid.step);
+      sources[s].rms_rounding = rounding[s].rms(mapped, grid.step);
     }
   }
 

@@ -26,7 +26,11 @@ std::uint64_t array_bytes(const Journal& journal, const BuildOptions& options,
   if (estimates(options) && journal.is_done(stages::unit_log::kEstimate)) return final_records;
   const std::uint64_t after_split = estimates(options) ? records + final_records : records;
   if (journal.is_done(stages::unit_log::kSplit)) return after_split;
-  return std::max({size.import_bytes + records, 2 * records, after_split});
+  const std::uint64_t splitting = std::max(2 * records, after_split);
+  if (!options.filter.any()) return std::max(size.import_bytes + records, splitting);
+  if (journal.is_done(stages::unit_log::kFilter)) return splitting;
+  return std::max(size.import_bytes + records,
+                  2 * records + size.points * stages::kFilterBytesAPoint);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "formats/dataset/codec.h"
 #include "pipeline/campaign.h"
+#include "stages/filter/filter.h"
 
 namespace cairn::pipeline {
 
@@ -32,6 +33,7 @@ struct BuildOptions {
   bool estimate_normals = false;
   bool estimate_radii = false;
   std::uint32_t neighbors = 16;    ///< 3 to 1024: of an estimate
+  stages::FilterOptions filter;    ///< the effects
   std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
   unsigned threads = 0;            ///< 0: all
   std::optional<std::filesystem::path> scratch;

@@ -44,6 +44,22 @@ std::vector<std::string> estimated_names(const BuildOptions& options) {
   return names;
 }
 
+/// Of the effects that are called for.
+void add_filter_parameters(const stages::FilterOptions& filter, formats::MetadataExtras& extras) {
+  const auto add = [&](const char* name, std::string text) {
+    extras.parameters.emplace_back(name, std::move(text));
+  };
+  if (filter.duplicates != stages::Duplicates::kKept)
+    add("remove_duplicates",
+        filter.duplicates == stages::Duplicates::kExact ? "\"exact\"" : "\"position\"");
+  if (filter.outlier_deviations) {
+    add("outlier_deviations", fmt::format("{}", *filter.outlier_deviations));
+    add("outlier_neighbors", fmt::format("{}", filter.outlier_neighbors));
+  }
+  if (filter.balance_exposure) add("balance_exposure", "true");
+  if (filter.thin) add("thin", fmt::format("{}", *filter.thin));
+}
+
 }  // namespace
 
 formats::DatasetHeader make_header(const BuildOptions& options,
@@ -103,6 +119,7 @@ formats::MetadataExtras make_extras(const BuildOptions& options, const stages::S
                        {"drop", text(options.drop)},
                        {"keep", text(options.keep)},
                        {"resolution", options.resolution ? number(*options.resolution) : "null"}};
+  add_filter_parameters(options.filter, extras);
   for (std::size_t s = 0; s < scans.size(); ++s)
     extras.sources.push_back(summary_of(scans[s]->info(), ledger[s], extras.crs));
   if (!options.crs.empty()) {

@@ -48,7 +48,7 @@ std::string points_line(const Json& json) {
   return line("points", text);
 }
 
-/// Words after a name, broken into aligned lines.
+/// Words after a name, broken into aligned lines; nothing without words.
 std::string wrapped_line(const char* name, const std::vector<std::string>& words) {
   constexpr std::size_t kColumns = 88;
   std::string lines;
@@ -61,7 +61,18 @@ std::string wrapped_line(const char* name, const std::vector<std::string>& words
     }
     row += (row.empty() ? "" : " ") + word;
   }
-  return lines + line(lines.empty() ? name : "", row);
+  return words.empty() ? "" : lines + line(lines.empty() ? name : "", row);
+}
+
+/// What the effects did that the build called for, in their order.
+std::string effects_lines(const Json& json) {
+  std::vector<std::string> words;
+  for (const Json& effect : json.value("effects", Json::array()))
+    words.push_back(effect.at("name").get<std::string>() + " " +
+                    (effect.contains("attribute")
+                         ? "of " + effect.at("attribute").get<std::string>() + " balanced"
+                         : with_commas(number(effect, "removed")) + " removed"));
+  return wrapped_line("effects", words);
 }
 
 std::string schema_lines(const Json& json) {
@@ -174,9 +185,9 @@ std::string dataset_json(const formats::DatasetReader& dataset) {
 std::string dataset_text(const formats::DatasetReader& dataset,
                          const std::filesystem::path& folder) try {
   const Json json = full_metadata(dataset);
-  return printable(folder.string()) + "\n" + points_line(json) + schema_lines(json) +
-         bounds_lines(json) + tree_lines(json) + size_line(json, stored_points(json)) +
-         settings_lines(json) + levels_table(json);
+  return printable(folder.string()) + "\n" + points_line(json) + effects_lines(json) +
+         schema_lines(json) + bounds_lines(json) + tree_lines(json) +
+         size_line(json, stored_points(json)) + settings_lines(json) + levels_table(json);
 } catch (const Json::exception& error) {
   refuse_metadata(folder, error.what());
 }

@@ -42,11 +42,16 @@ JobKeys job_keys(const BuildOptions& options) {
   Json scans = Json::array();
   for (const auto& path : campaign.scans) scans.push_back(file_facts(path));
   JobKeys keys;
-  keys.import = hash_of(
-      {kWorkVersion, scans, campaign.poses ? file_facts(*campaign.poses) : Json(nullptr),
-       campaign.poses_tell_sensors_only, campaign.allow_truncated, campaign.columns, options.drop,
-       options.keep, optional_of(options.resolution), options.estimate_normals});
-  keys.split = hash_of({keys.import, optional_of(options.fanout), options.node_points});
+  keys.import =
+      hash_of({kWorkVersion, scans, campaign.poses ? file_facts(*campaign.poses) : Json(nullptr),
+               campaign.poses_tell_sensors_only, campaign.allow_truncated, campaign.columns,
+               options.drop, options.keep, optional_of(options.resolution),
+               options.estimate_normals, options.filter.any()});
+  const stages::FilterOptions& filter = options.filter;
+  keys.filter = hash_of({keys.import, static_cast<int>(filter.duplicates),
+                         optional_of(filter.outlier_deviations), filter.outlier_neighbors,
+                         filter.balance_exposure, optional_of(filter.thin)});
+  keys.split = hash_of({keys.filter, optional_of(options.fanout), options.node_points});
   keys.estimate =
       hash_of({keys.split, options.estimate_normals, options.estimate_radii, options.neighbors});
   keys.cluster =

@@ -10,6 +10,7 @@ namespace cairn::pipeline {
 /// Each depends on all that the one before depends on.
 struct JobKeys {
   std::uint64_t import = 0;
+  std::uint64_t filter = 0;
   std::uint64_t split = 0;
   std::uint64_t estimate = 0;
   std::uint64_t cluster = 0;

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/error.h"
 #include "pipeline/geometry_report.h"
 #include "pipeline/human.h"
 #include "pipeline/json_number.h"
@@ -122,6 +123,13 @@ std::string measure_json(const stages::ErrorReport& report, const PictureReport*
             {"leaves", geometry_json(report.leaves)}};
   if (pictures != nullptr) json["pictures"] = pictures_json(*pictures);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void require_held(const stages::ErrorReport& report) {
+  if (!report.held())
+    throw formats::Error(formats::ErrorKind::kInvariant,
+                         {.what = "points are farther from those that stand for them than the "
+                                  "dataset's bounds allow"});
 }
 
 }  // namespace cairn::pipeline

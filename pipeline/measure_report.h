@@ -17,4 +17,7 @@ std::string measure_text(const stages::ErrorReport& report, const std::filesyste
 std::string measure_json(const stages::ErrorReport& report,
                          const PictureReport* pictures = nullptr);
 
+/// Throws Error (kInvariant) where a point is farther off than a bound allows.
+void require_held(const stages::ErrorReport& report);
+
 }  // namespace cairn::pipeline

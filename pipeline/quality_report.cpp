@@ -75,19 +75,21 @@ Json report_json(const formats::DatasetReader& dataset, const std::filesystem::p
   for (const LevelStatistics& level : level_statistics(dataset))
     levels.push_back(level_json(level, names));
   const Json told = Json::parse(dataset_json(dataset));
-  return {{"dataset", formats::without_trailing_slash(folder).filename().string()},
-          {"points", told.at("points")},
-          {"read", told.at("read")},
-          {"dropped", told.at("dropped")},
-          {"missing", told.at("missing")},
-          {"bounds", told.at("bounds")},
-          {"tree", told.at("tree")},
-          {"parameters", told.at("parameters")},
-          {"levels", std::move(levels)},
-          {"numerics", numerics_json(told)},
-          {"sources", told.at("sources")},
-          {"crs", told.at("crs")},
-          {"run", run ? run_json(*run) : Json(nullptr)}};
+  Json json{{"dataset", formats::without_trailing_slash(folder).filename().string()},
+            {"points", told.at("points")},
+            {"read", told.at("read")},
+            {"dropped", told.at("dropped")},
+            {"missing", told.at("missing")},
+            {"bounds", told.at("bounds")},
+            {"tree", told.at("tree")},
+            {"parameters", told.at("parameters")},
+            {"levels", std::move(levels)},
+            {"numerics", numerics_json(told)},
+            {"sources", told.at("sources")},
+            {"crs", told.at("crs")},
+            {"run", run ? run_json(*run) : Json(nullptr)}};
+  if (told.contains("effects")) json["effects"] = told.at("effects");
+  return json;
 }
 
 std::string nodes_table(const std::vector<LevelStatistics>& levels) {
@@ -176,6 +178,27 @@ std::string uncounted_text(const Json& source) {
                      count_of(records, "more record"));
 }
 
+/// What effects did to a source; nothing if none was called.
+std::string effects_text(const Json& report, const Json& source) {
+  std::string text;
+  const auto add = [&text](const std::string& words) {
+    text += (text.empty() ? "" : ", ") + words;
+  };
+  for (const Json& effect : report.value("effects", Json::array())) {
+    const auto name = effect.at("name").get<std::string>();
+    if (!effect.contains("attribute"))
+      add(with_commas(whole_number(source.at("dropped").at(name))) + " removed as " + name);
+  }
+  if (source.contains("balance")) {
+    const Json& balance = source.at("balance");
+    std::string gains;
+    for (const Json& gain : balance.at("gain")) gains += " " + significant(gain.get<double>(), 5);
+    add("gain" + gains + " (" + count_of(whole_number(balance.at("clamped")), "point") +
+        " clamped)");
+  }
+  return text.empty() ? "" : "      " + printable(text) + "\n";
+}
+
 std::string ledger_table(const Json& report, const std::string& crs) {
   std::string text = fmt::format(
       "\nLedger: what became of the scans' records\n"
@@ -186,7 +209,8 @@ std::string ledger_table(const Json& report, const std::string& crs) {
     const auto dropped = [&](const char* key) {
       return whole_number(source.at("dropped").at(key));
     };
-    const std::uint64_t read = number("kept") + dropped("non_finite") + dropped("no_return");
+    std::uint64_t read = number("kept");
+    for (const Json& count : source.at("dropped")) read += whole_number(count);
     text +=
         fmt::format("  {:>14}  {:>14}  {:>14}  {:>11}  {:>10}  {:>10}  {} ({})\n",
                     with_commas(number("claimed")), with_commas(read), with_commas(number("kept")),
@@ -195,6 +219,7 @@ std::string ledger_table(const Json& report, const std::string& crs) {
                     printable(source.at("format").get<std::string>()));
     text += fmt::format("      {}; {}{}\n", box_text(source.at("bounds")),
                         source_crs_text(source, crs), uncounted_text(source));
+    text += effects_text(report, source);
   }
   return text;
 }

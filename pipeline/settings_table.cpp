@@ -158,6 +158,27 @@ bool set_estimate(BuildSettings& s, const Values& v) {
                      [](const std::string& name) { return name == "normals" || name == "radii"; });
 }
 
+bool set_duplicates(BuildSettings& s, const Values& v) {
+  using stages::Duplicates;
+  stages::FilterOptions& filter = s.options.filter;
+  filter.duplicates = v.front() == "position" ? Duplicates::kPosition
+                      : v.front() == "exact"  ? Duplicates::kExact
+                                              : Duplicates::kKept;
+  return filter.duplicates != Duplicates::kKept || v.front() == "none";
+}
+
+bool set_outlier_deviations(BuildSettings& s, const Values& v) {
+  return set_number(s.options.filter.outlier_deviations, v, [](double x) { return x >= 0; });
+}
+
+bool set_outlier_neighbors(BuildSettings& s, const Values& v) {
+  return set_integer(s.options.filter.outlier_neighbors, v, 1, kMostNeighbors);
+}
+
+bool set_thin(BuildSettings& s, const Values& v) {
+  return set_number(s.options.filter.thin, v, [](double x) { return x > 0; });
+}
+
 bool set_resolution(BuildSettings& s, const Values& v) {
   return set_number(s.options.resolution, v, [](double x) { return x > 0; });
 }
@@ -193,6 +214,7 @@ bool set_progress(BuildSettings& s, const Values& v) {
 using enum SettingKind;
 constexpr std::string_view kInOut = "Input and output";
 constexpr std::string_view kTree = "Tree";
+constexpr std::string_view kEffects = "Effects";
 constexpr std::string_view kEstimation = "Estimation";
 constexpr std::string_view kSimplification = "Simplification";
 constexpr std::string_view kStorage = "Storage";
@@ -233,6 +255,19 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"node_points", kInteger, kTree, "COUNT", "an integer from 2 to 2097152", "65536",
      "points a node should hold",
      set_integer<&BuildOptions::node_points, formats::kMinFanout, kMostNodePoints>},
+    {"remove_duplicates", kText, kEffects, "WHICH", "none, position or exact", "none",
+     "of points of one position (exact: and the same attributes) keep the first; see \"Effects\"",
+     set_duplicates},
+    {"outlier_deviations", kNumber, kEffects, "FACTOR", "a number from 0", "no removal",
+     "remove points farther from their neighbors than the mean by so many standard deviations",
+     set_outlier_deviations},
+    {"outlier_neighbors", kInteger, kEffects, "COUNT", "an integer from 1 to 1024", "8",
+     "positions around a point that outliers are told by", set_outlier_neighbors},
+    {"balance_exposure", kSwitch, kEffects, "", kBoolean, "false",
+     "give scans gains of color (or intensity) that make them agree where they overlap",
+     set_switch<&BuildOptions::filter, &stages::FilterOptions::balance_exposure>},
+    {"thin", kNumber, kEffects, "LENGTH", "a number above 0", "no thinning",
+     "keep one point in each cell of this side (world units)", set_thin},
     {"estimate", kTexts, kEstimation, "WHAT", "normals or radii", "nothing",
      "what to estimate from the nearest neighbors; may be repeated", set_estimate},
     {"neighbors", kInteger, kEstimation, "COUNT", "an integer from 3 to 1024", "16",

@@ -20,14 +20,24 @@ bool estimates(const BuildOptions& options) {
   return options.estimate_normals || options.estimate_radii;
 }
 
-stages::ImportOptions import_options(const BuildOptions& options, const stages::Scans& scans) {
+formats::Tree effect_blocks(std::uint64_t points) {
+  constexpr std::uint64_t kBlockPoints = 16384;
+  return formats::Tree(points, formats::Tree::best_fanout(points, kBlockPoints), kBlockPoints);
+}
+
+bool estimates_by_scan(const BuildOptions& options, const stages::Scans& scans) {
   // Only by its number does a point know its sensor, and only normals are turned to it.
   const bool any_sensor = std::any_of(
       scans.begin(), scans.end(), [](const auto& scan) { return scan->info().sensor.has_value(); });
+  return options.estimate_normals && scans.size() > 1 && any_sensor;
+}
+
+stages::ImportOptions import_options(const BuildOptions& options, const stages::Scans& scans) {
   return {.drop = options.drop,
           .keep = options.keep,
           .resolution = options.resolution,
-          .number_scans = options.estimate_normals && scans.size() > 1 && any_sensor};
+          .number_scans =
+              estimates_by_scan(options, scans) || (options.filter.any() && scans.size() > 1)};
 }
 
 }  // namespace cairn::pipeline

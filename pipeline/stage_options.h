@@ -17,6 +17,11 @@ formats::Tree choose_tree(const BuildOptions& options, std::uint64_t points);
 bool estimates(const BuildOptions& options);
 stages::EstimateOptions estimate_options(const BuildOptions& options);
 
+/// The tree whose leaves are the blocks that effects look at one by one. It does not depend on settings.
+formats::Tree effect_blocks(std::uint64_t points);
+
+/// Whether the estimate asks for the number of a point's scan.
+bool estimates_by_scan(const BuildOptions& options, const stages::Scans& scans);
 stages::ImportOptions import_options(const BuildOptions& options, const stages::Scans& scans);
 
 }  // namespace cairn::pipeline

@@ -18,17 +18,16 @@ MAY_INCLUDE = {
     "viewer": {"formats", "viewer"},
     "pipeline": {"formats", "stages", "viewer", "pipeline"},
 }
-SHARED = {"context", "node_path", "parallel", "position_index"}
+SHARED = {"context", "neighbors", "node_path", "parallel"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 
 
 def stage_of(root: Path, file: Path):
     """The stage that a file under stages/ belongs to; None for what all stages share."""
     parts = file.parts[1:]
-    if len(parts) > 1:
-        return parts[0]
-    is_stage = (root / file).with_suffix(".cpp").exists() or file.suffix == ".cpp"
-    return file.stem if is_stage and file.stem not in SHARED else None
+    name = parts[0] if len(parts) > 1 else file.stem
+    is_stage = len(parts) > 1 or (root / file).with_suffix(".cpp").exists() or file.suffix == ".cpp"
+    return name if is_stage and name not in SHARED else None
 
 
 def fault(root: Path, source: Path, included: Path):

@@ -154,6 +154,9 @@ def plot_ledger(axes, report):
     left = [0] * len(shown)
     parts = [("kept", BLUE, lambda s: s["kept"]), ("not finite", ORANGE, lambda s: s["dropped"]["non_finite"]),
              ("no return", GREY, lambda s: s["dropped"]["no_return"]), ("missing", RED, lambda s: s["missing"])]
+    effects = [effect["name"] for effect in report.get("effects", []) if "removed" in effect]
+    for name, color in zip(effects, plt.get_cmap("Set2").colors):
+        parts.append((name, color, lambda s, name=name: s["dropped"][name]))
     for name, color, count in parts:
         counts = [count(source) for source in shown]
         if name == "kept" or any(counts):

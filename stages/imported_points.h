@@ -17,13 +17,14 @@ struct ScanLedger {
   std::uint64_t read = 0;
   std::uint64_t kept = 0;
   std::uint64_t no_return =
-      0;                 ///< records that hold no point, such as empty cells of a gridded scan
-  formats::GridBox box;  ///< tight box of the kept points
+      0;                      ///< records that hold no point, such as empty cells of a gridded scan
+  std::uint64_t removed = 0;  ///< points that effects have removed
+  formats::GridBox box;       ///< tight box of the kept points
   /// World units: how far neighbouring numbers of the scan's encoding lie apart at its farthest point, the most of any axis.
   double precision = 0;
   std::uint64_t dropped() const { return read - kept; }
   std::uint64_t non_finite() const {
-    return dropped() - no_return;
+    return dropped() - no_return - removed;
   }  ///< coordinates are no numbers
   std::uint64_t missing() const { return claimed - read; }
 };
@@ -43,7 +44,7 @@ struct ImportedPoints {
   bool numbered = false;              ///< a record ends in the number of its scan, a u32
   std::vector<RecordRun> runs;        ///< in campaign order: by scan, then as in its file
   formats::Grid grid;
-  std::vector<formats::PositionMap> maps;  ///< one a scan
+  std::vector<formats::PositionMap> maps;  ///< one a scan; none: positions are steps of the grid
   std::vector<ScanLedger> ledger;          ///< one a scan
   formats::GridBox box;                    ///< tight box of all points on the grid
   std::uint64_t points = 0;                ///< kept

@@ -17,6 +17,8 @@ namespace cairn::stages {
 /// The stages that tell of units, by the names in the log.
 namespace unit_log {
 inline constexpr std::string_view kImport = "import";
+inline constexpr std::string_view kBlocks = "blocks";  ///< the split before the filter
+inline constexpr std::string_view kFilter = "filter";
 inline constexpr std::string_view kSplit = "split";
 inline constexpr std::string_view kEstimate = "estimate";
 inline constexpr std::string_view kCluster = "cluster";

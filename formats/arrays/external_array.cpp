@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <string>
 #include <utility>
@@ -96,10 +97,15 @@ void ExternalArray::remove() {
 void ExternalArray::release(std::uint64_t offset, std::uint64_t size_bytes) {
   CAIRN_CHECK(offset <= size_bytes_ && size_bytes <= size_bytes_ - offset);
   if (size_bytes == 0 || descriptor_ < 0) return;
-  static const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  const std::uint64_t first = offset / page * page;
+  // Reading a page maps those around it too, in windows of this size and alignment (fault_around_bytes of Linux): whole
+  // windows go, or some pages beside each range would stay.
+  constexpr std::uintptr_t kWindow = 64 << 10;
+  const auto base = reinterpret_cast<std::uintptr_t>(data_);
+  const std::uintptr_t first = std::max(base, (base + offset) / kWindow * kWindow);
+  const std::uintptr_t end = std::min<std::uintptr_t>(
+      base + size_bytes_, (base + offset + size_bytes + kWindow - 1) / kWindow * kWindow);
   // On a shared file mapping this drops page table entries only; dirty pages stay in the page cache.
-  ::madvise(data_ + first, offset + size_bytes - first, MADV_DONTNEED);
+  ::madvise(data_ + (first - base), end - first, MADV_DONTNEED);
 }
 
 }  // namespace cairn::formats

@@ -38,9 +38,9 @@ class ExternalArray {
     return {data_, static_cast<std::size_t>(size_bytes_)};
   }
 
-  /// Gives all pages that a range touches back to the kernel: resident memory shrinks, contents stay, also
-  /// of what else lies in these pages and of what other threads write there meanwhile. Does nothing to an array in
-  /// memory.
+  /// Gives all pages that a range touches, and some around it, back to the kernel: resident memory shrinks, contents
+  /// stay, also of what else lies in these pages and of what other threads write there meanwhile. Does nothing to an
+  /// array in memory.
   void release(std::uint64_t offset, std::uint64_t size_bytes);
 
  private:

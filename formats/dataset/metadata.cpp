@@ -4,7 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "formats/dataset/effect_metadata.h"
 #include "formats/dataset/index_file.h"
+#include "formats/dataset/metadata_json.h"
 #include "formats/scans/crs.h"
 
 namespace cairn::formats {
@@ -165,9 +167,9 @@ Json bounds_json(const Grid& grid, const GridBox& box) {
   return {{"min", grid.world(box.min)}, {"max", grid.world(box.max)}};
 }
 
-Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
+Json sources_json(const Grid& grid, const MetadataExtras& extras) {
   Json list = Json::array();
-  for (const SourceSummary& source : sources) {
+  for (const SourceSummary& source : extras.sources) {
     list.push_back(
         {{"name", source.name},
          {"format", source.format},
@@ -181,6 +183,7 @@ Json sources_json(const Grid& grid, const std::vector<SourceSummary>& sources) {
          {"crs", source.crs}});
     if (source.uncounted_records > 0) list.back()["uncounted_records"] = source.uncounted_records;
     if (!source.replaced_crs.empty()) list.back()["replaced_crs"] = source.replaced_crs;
+    add_source_effects(extras, source, list.back());
   }
   return list;
 }
@@ -213,41 +216,6 @@ Json parameters_json(const MetadataExtras& extras) {
   return object;
 }
 
-/// The value at a path of keys, if it is a whole number.
-std::optional<std::uint64_t> number_at(const Json& json, std::initializer_list<const char*> path) {
-  const Json* at = &json;
-  for (const char* key : path) {
-    if (!at->is_object() || !at->contains(key)) return std::nullopt;
-    at = &(*at)[key];
-  }
-  return at->is_number_unsigned() ? std::optional(at->get<std::uint64_t>()) : std::nullopt;
-}
-
-/// What Cairn writes lies in fewer than ten objects and arrays. Far deeper nesting would overflow the stack of whoever
-/// walks it.
-constexpr int kMostNesting = 64;
-
-struct TooDeep {};
-
-std::optional<DecodeError> parse(std::string_view text, Json& json) {
-  const auto require_depth = [](int depth, Json::parse_event_t, const Json&) {
-    if (depth > kMostNesting) throw TooDeep();
-    return true;
-  };
-  try {
-    json = Json::parse(text, require_depth);
-    return std::nullopt;
-  } catch (const TooDeep&) {
-    return DecodeError{"the metadata is nested too deeply", 0, "more levels",
-                       std::to_string(kMostNesting) + " at most"};
-  } catch (const Json::parse_error& e) {
-    return DecodeError{"the metadata is not JSON", e.byte, "something else", "JSON"};
-  } catch (const Json::exception&) {
-    return DecodeError{"the metadata holds a number beyond all doubles", 0, "an infinite number",
-                       "finite numbers"};
-  }
-}
-
 }  // namespace
 
 std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRecord>& nodes,
@@ -255,7 +223,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
   CAIRN_CHECK(nodes.size() == header.tree().node_count());
   CAIRN_CHECK(extras.levels.size() == header.tree().leaf_level() + 1);
   const GridBox& box = nodes.front().box;
-  const Json json{
+  Json json{
       {"format", "cairn"},
       {"version", version_of(header)},
       {"points", header.points},
@@ -273,16 +241,17 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"levels", levels_json(header, nodes, extras.levels)},
       {"bytes", bytes_json(header, nodes)},
       {"parameters", parameters_json(extras)},
-      {"sources", sources_json(header.grid, extras.sources)},
+      {"sources", sources_json(header.grid, extras)},
       {"crs", crs_json(extras)},
   };
+  if (!extras.effects.empty()) json["effects"] = effects_json(extras);
   // Names and descriptions come from outside and need not be UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::optional<DecodeError> check_metadata_text(std::string_view text) {
   Json json;
-  if (auto error = parse(text, json)) return error;
+  if (auto error = parse_metadata(text, json)) return error;
   if (!json.is_object())
     return DecodeError{"the metadata is no JSON object", 0, json.type_name(), "an object"};
   return std::nullopt;
@@ -290,7 +259,7 @@ std::optional<DecodeError> check_metadata_text(std::string_view text) {
 
 std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHeader& header) {
   Json json;
-  if (auto error = parse(text, json)) return error;
+  if (auto error = parse_metadata(text, json)) return error;
   const Tree tree = header.tree();
   const std::tuple<const char*, std::optional<std::uint64_t>, std::uint64_t> repeated[] = {
       {"version", number_at(json, {"version"}), version_of(header)},
@@ -308,14 +277,14 @@ std::optional<DecodeError> check_metadata(std::string_view text, const DatasetHe
       return DecodeError{std::string("the metadata contradicts the index: ") + name, 0,
                          found ? std::to_string(*found) : "no whole number",
                          std::to_string(expected)};
-  return std::nullopt;
+  return check_effects(json, header);
 }
 
 std::optional<DecodeError> read_metadata_crs(std::string_view text,
                                              std::vector<VariableLengthRecord>& crs) {
   crs.clear();
   Json json;
-  if (auto error = parse(text, json)) return error;
+  if (auto error = parse_metadata(text, json)) return error;
   const DecodeError broken{"bad coordinate system records in the metadata", 0, "something else",
                            "crs.records"};
   try {

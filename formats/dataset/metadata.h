@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/dataset/gain.h"
 #include "formats/dataset/grid.h"
 #include "formats/dataset/node_record.h"
 #include "formats/dataset/numerics.h"
@@ -35,6 +36,17 @@ struct SourceSummary {
   double rms_rounding = 0;       ///< the same, RMS over the kept points
   std::vector<std::size_t> crs;  ///< the scan's records, as indices into MetadataExtras::crs
   std::vector<std::size_t> replaced_crs;  ///< or into MetadataExtras::replaced_crs
+  std::vector<std::uint64_t> removed;     ///< dropped: by each of MetadataExtras::effects
+  Gains gains;                ///< by which the points' values were multiplied; empty: not at all
+  std::uint64_t clamped = 0;  ///< kept points of which a value became too large for its type
+};
+
+/// An effect that the build called for, and what it did to all sources together.
+struct EffectSummary {
+  std::string name;
+  std::uint64_t removed = 0;
+  Digest digest;         ///< of the removed records, gains applied
+  std::string balanced;  ///< the attribute that it gave gains; empty: it removes points
 };
 
 /// What the metadata holds that the index does not.
@@ -46,7 +58,8 @@ struct MetadataExtras {
   std::vector<VariableLengthRecord> crs;  ///< as the inputs have them, each once
   /// Those of the inputs, where `crs` is what the user says instead.
   std::vector<VariableLengthRecord> replaced_crs;
-  std::vector<Numerics> levels;  ///< coarse to fine
+  std::vector<Numerics> levels;        ///< coarse to fine
+  std::vector<EffectSummary> effects;  ///< in the order in which they acted
 };
 
 /// The text of metadata.json. `nodes` are all records, in id order, with final section offsets. Throws
@@ -58,8 +71,8 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
 /// checked.
 [[nodiscard]] std::optional<DecodeError> check_metadata_text(std::string_view text);
 
-/// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing;
-/// the tree) with the index. Offsets of errors are known for broken JSON only.
+/// Compares what metadata.json repeats of the index (points and how many were read, dropped, missing, the
+/// counts by effect; the tree) with the index. Offsets of errors are known for broken JSON only.
 [[nodiscard]] std::optional<DecodeError> check_metadata(std::string_view text,
                                                         const DatasetHeader& header);
 

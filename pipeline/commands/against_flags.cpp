@@ -8,6 +8,7 @@
 #include "formats/error.h"
 #include "pipeline/campaign.h"
 #include "pipeline/memory_budget.h"
+#include "pipeline/scan_gains.h"
 
 namespace cairn::pipeline {
 
@@ -38,12 +39,18 @@ stages::Scans AgainstFlags::open() const {
 }
 
 std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
-                                              const formats::DatasetHeader& header,
+                                              const formats::DatasetReader& dataset,
                                               const stages::Context& context) {
   if (scans.empty()) return std::nullopt;
-  return [&scans, &header, &context](const stages::RecordSink& sink) {
-    stages::stream_canonical_records(scans, formats::digest_schema(header), header.grid, context,
-                                     sink);
+  return [&scans, &dataset, &context](const stages::RecordSink& sink) {
+    const formats::Schema schema = formats::digest_schema(dataset.header());
+    const ScanGains gains(dataset.metadata(), schema, scans);
+    stages::stream_canonical_records(
+        scans, schema, dataset.header().grid, context,
+        [&](std::size_t scan, std::span<std::byte> records, std::size_t stride) {
+          gains.apply(scan, records, stride);
+          sink(records, stride);
+        });
   };
 }
 

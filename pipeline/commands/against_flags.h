@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/dataset/node_record.h"
+#include "formats/dataset/dataset_reader.h"
 #include "pipeline/commands/setting_flags.h"
 #include "stages/import/import.h"
 
@@ -25,9 +25,10 @@ class AgainstFlags {
   std::vector<Flag> flags_;
 };
 
-/// The scans' points as records of a dataset; nothing if there are no scans. All arguments must outlive it.
+/// The scans' points as records of the dataset, balanced as they are there; nothing if there are no scans. All
+/// arguments must outlive it.
 std::optional<stages::RecordSource> source_of(const stages::Scans& scans,
-                                              const formats::DatasetHeader& header,
+                                              const formats::DatasetReader& dataset,
                                               const stages::Context& context);
 
 }  // namespace cairn::pipeline

@@ -102,7 +102,7 @@ class MeasureCommand : public DatasetCommand {
                                     .make_array = {},
                                     .progress = progress.get(),
                                     .stop = stop};
-      options.against = source_of(scans, dataset.header(), context);
+      options.against = source_of(scans, dataset, context);
       if (wanted) pictures = measure_pictures(context, dataset, *wanted);
       return stages::measure_dataset(context, dataset, options);
     }();
@@ -110,10 +110,7 @@ class MeasureCommand : public DatasetCommand {
       print_results(measure_json(report, pictures ? &*pictures : nullptr));
     else
       print_results(measure_text(report, dataset_) + (pictures ? pictures_text(*pictures) : ""));
-    if (!report.held())
-      throw formats::Error(formats::ErrorKind::kInvariant,
-                           {.what = "points are farther from those that stand for them than the "
-                                    "dataset's bounds allow"});
+    require_held(report);
     return 0;
   }
 

@@ -48,7 +48,7 @@ class VerifyCommand : public DatasetCommand {
                               .make_array = {},
                               .progress = progress.get(),
                               .stop = stop};
-      return stages::verify_dataset(context, dataset, source_of(scans, dataset.header(), context));
+      return stages::verify_dataset(context, dataset, source_of(scans, dataset, context));
     }();
     print_results(json_ ? verify_json(report) : verify_text(report, dataset_));
     if (!report.held())

@@ -24,9 +24,9 @@ struct Condition {
   double excess(double value) const;
 };
 
-/// One or more, separated by commas, semicolons or "and". A length may have the suffix mm, cm or m, which takes world units
-/// for meters; a time ms, s or min; a share %; psnr dB. Throws kUsage, naming what is wrong, for what cannot be read, for a suffix of
-/// another dimension, and for a bound on the wrong side, such as "rms >= 1".
+/// One or more, separated by commas, semicolons or "and". A length may have the suffix mm, cm or m, which takes world
+/// units for meters; a time ms, s or min; a share %; psnr dB. Throws kUsage, naming what is wrong, for what cannot be
+/// read, for a suffix of another dimension, and for a bound on the wrong side, such as "rms >= 1".
 std::vector<Condition> parse_conditions(std::string_view text);
 
 /// A time for a number of points: "60s/100M". Says that a build takes so long at most, time growing as the points do.

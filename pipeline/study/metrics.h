@@ -63,11 +63,12 @@ std::string place_words(const ErrorPlace& place);  ///< "1 level above the leave
 /// How many points are drawn there, of a dataset; nothing where that is above its root.
 std::optional<double> points_at(const ErrorCurve& curve, const ErrorPlace& place);
 
-/// An error by the name of level_metrics(); nothing above the root and where it was not measured. The leaves have none: they
-/// are what all is compared with; their overdraw is not measured. Between two levels a cut refines some nodes of the
-/// coarser one: what is a mean over the points (squared errors, the share that is uncovered, overdraw) is taken to lie on
-/// the line between both, as it does on average over the choice of nodes, but for splats that reach into neighboring nodes;
-/// of 99th percentile and largest error the coarser level's is told, which no cut between them exceeds.
+/// An error by the name of level_metrics(); nothing above the root and where it was not measured. The leaves have none:
+/// they are what all is compared with; their overdraw is not measured. Between two levels a cut refines some nodes of
+/// the coarser one: what is a mean over the points (squared errors, the share that is uncovered, overdraw) is taken to
+/// lie on the line between both, as it does on average over the choice of nodes, but for splats that reach into
+/// neighboring nodes; of 99th percentile and largest error the coarser level's is told, which no cut between them
+/// exceeds.
 std::optional<double> error_at(const ErrorCurve& curve, std::string_view name,
                                const ErrorPlace& place);
 

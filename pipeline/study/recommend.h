@@ -15,8 +15,8 @@ namespace cairn::pipeline {
 struct Candidate {
   std::size_t setting = 0;  ///< into StudyResults::settings
   bool meets = false;       ///< every condition on every input
-  /// Geometric mean over the inputs of what is minimized, so that each counts the same whatever its size or unit; infinite
-  /// where it is not known of one.
+  /// Geometric mean over the inputs of what is minimized, so that each counts the same whatever its size or unit;
+  /// infinite where it is not known of one.
   double cost = 0;
   double excess =
       0;  ///< the greatest of its conditions and inputs; infinite where one is not known
@@ -30,7 +30,8 @@ std::vector<Candidate> rank_settings(const StudyResults& results,
                                      const std::vector<Condition>& conditions,
                                      const std::string& minimized);
 
-/// A configuration file for `cairn build` with the best setting, which must meet the conditions, and the reasons as comments.
+/// A configuration file for `cairn build` with the best setting, which must meet the conditions, and the reasons as
+/// comments.
 std::string recommendation_toml(const StudyResults& results,
                                 const std::vector<Condition>& conditions,
                                 const std::string& minimized, const std::vector<Candidate>& ranked);

@@ -44,9 +44,10 @@ struct StudyFile {
 /// Whether a study may vary the setting: those of input, output and resources are not what is studied.
 bool can_be_studied(const Setting& setting);
 
-/// The study that a text describes; the README lists the keys. `file` stands for it in messages, and its folder is where
-/// relative paths start. Throws Error (kUsage), naming file, line, key and what is allowed, for text that is not TOML, an
-/// unknown or missing key, a value that is not allowed, two inputs of one name, and two settings that are the same.
+/// The study that a text describes; the README lists the keys. `file` stands for it in messages, and its folder is
+/// where relative paths start. Throws Error (kUsage), naming file, line, key and what is allowed, for text that is not
+/// TOML, an unknown or missing key, a value that is not allowed, two inputs of one name, and two settings that are the
+/// same.
 StudyFile parse_study(std::string_view text, const std::filesystem::path& file);
 
 /// The same of a file. Throws kSystem if it cannot be read.

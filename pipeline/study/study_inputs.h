@@ -18,8 +18,8 @@ struct PreparedInput {
   std::optional<std::filesystem::path> config;
 };
 
-/// Scans of scenes are made in `scans_folder`, in a folder of the input's name, unless they stand there already, made of
-/// the same scene. Throws Error as reading and simulating the scene does, and Stopped.
+/// Scans of scenes are made in `scans_folder`, in a folder of the input's name, unless they stand there already, made
+/// of the same scene. Throws Error as reading and simulating the scene does, and Stopped.
 std::vector<PreparedInput> prepare_inputs(const StudyFile& study,
                                           const std::filesystem::path& scans_folder,
                                           unsigned threads, stages::ProgressSink& progress,

@@ -1,6 +1,6 @@
 #include "pipeline/study/study_measure.h"
 
-#include "formats/error.h"
+#include "pipeline/measure_report.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/study/study_pictures.h"
 #include "stages/measure/measure.h"
@@ -16,10 +16,7 @@ Measured measure_study_dataset(const formats::DatasetReader& dataset,
                                 .progress = &progress,
                                 .stop = stop};
   const stages::ErrorReport report = stages::measure_dataset(context, dataset, {});
-  if (!report.held())
-    throw formats::Error(formats::ErrorKind::kInvariant,
-                         {.what = "points are farther from those that stand for them than the "
-                                  "dataset's bounds allow"});
+  require_held(report);
   const std::uint64_t bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
                               dataset.head().metadata_size_bytes;
   const auto points = static_cast<double>(dataset.header().points);

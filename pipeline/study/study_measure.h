@@ -11,7 +11,8 @@
 
 namespace cairn::pipeline {
 
-/// Pictures are measured if they are given. Throws Error as measuring does, kInvariant for a dataset whose recorded bounds do not hold, and Stopped.
+/// Pictures are measured if they are given. Throws Error as measuring does, kInvariant for a dataset whose recorded
+/// bounds do not hold, and Stopped.
 Measured measure_study_dataset(const formats::DatasetReader& dataset,
                                const std::optional<PictureOptions>& pictures, unsigned threads,
                                stages::ProgressSink& progress, const std::stop_token& stop);

@@ -29,8 +29,8 @@ struct StudyResult {
   std::vector<BuildReport> builds;
 
   const MetricSummary* find(std::string_view name) const;
-  /// The median of a metric, or an error of levels at a place: "rms" at `at`, "rms@2" two levels above the leaves, "rms@10%"
-  /// where so much of the points is drawn. Nothing if it is not there.
+  /// The median of a metric, or an error of levels at a place: "rms" at `at`, "rms@2" two levels above the leaves,
+  /// "rms@10%" where so much of the points is drawn. Nothing if it is not there.
   std::optional<double> value(std::string_view name) const;
 };
 

@@ -35,10 +35,11 @@ struct StudyOutcome {
   int exit_code = 0;             ///< the greatest of the failures, which were told
 };
 
-/// Every second repetition runs backwards, so that of an even drift nothing is left in the mean. Each finished run is kept in
-/// FOLDER/runs under a key of settings, scans, program and machine, and not run again; a build that was under way starts
-/// over, since its time is measured. What fails is told and noted in its cell, and not tried again in this study; datasets of
-/// two repetitions that are not the same bytes are such a failure. Throws Error for a study that cannot begin, and Stopped.
+/// Every second repetition runs backwards, so that of an even drift nothing is left in the mean. Each finished run is
+/// kept in FOLDER/runs under a key of settings, scans, program and machine, and not run again; a build that was under
+/// way starts over, since its time is measured. What fails is told and noted in its cell, and not tried again in this
+/// study; datasets of two repetitions that are not the same bytes are such a failure. Throws Error for a study that
+/// cannot begin, and Stopped.
 StudyOutcome run_study(const StudyFile& study, const StudyOptions& options,
                        stages::ProgressSink& progress, const std::stop_token& stop);
 

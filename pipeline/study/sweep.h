@@ -19,8 +19,8 @@ struct SweepTables {
   Tables single;  ///< [[setting]]: each with its own values, and perhaps a name
 };
 
-/// First the product, its last key varying fastest (keys in the order of the table of settings), then the single ones; the
-/// fixed settings alone if there is neither. Throws kUsage as parse_study does.
+/// First the product, its last key varying fastest (keys in the order of the table of settings), then the single ones;
+/// the fixed settings alone if there is neither. Throws kUsage as parse_study does.
 std::vector<StudySetting> expand_sweep(const SweepTables& tables,
                                        const std::filesystem::path& file);
 

@@ -7,10 +7,11 @@
 #include "formats/bytes.h"
 #include "formats/checksum.h"
 #include "formats/error.h"
-#include "stages/estimate/distinct_positions.h"
-#include "stages/estimate/leaf_boxes.h"
-#include "stages/estimate/neighborhoods.h"
 #include "stages/estimate/surface.h"
+#include "stages/neighbors/distinct_positions.h"
+#include "stages/neighbors/leaf_boxes.h"
+#include "stages/neighbors/leaf_records.h"
+#include "stages/neighbors/neighborhoods.h"
 #include "stages/parallel.h"
 #include "stages/unit_state.h"
 
@@ -37,12 +38,15 @@ class Estimator {
  public:
   Estimator(const EstimateInput& input, const EstimateOptions& options, EstimatedPoints& output,
             bool again, const Context& context)
-      : in_(input), options_(options), out_(output), again_(again), context_(context) {}
+      : in_(input),
+        leaves_(input.records, input.stride, input.tree),
+        options_(options),
+        out_(output),
+        again_(again),
+        context_(context) {}
 
   void run() {
-    std::vector<GridBox> leaf_boxes(leaves());
-    for_each_piece(leaves(), [&](std::uint64_t leaf) { leaf_boxes[leaf] = box_of(leaf); });
-    const LeafBoxes boxes(in_.tree, in_.grid.step, std::move(leaf_boxes));
+    const LeafBoxes boxes(in_.tree, in_.grid.step, leaves_.boxes(context_));
     const NeighborhoodFinder finder(in_.records, in_.stride, boxes, options_.neighbors);
     for_each_piece(units(), [&](std::uint64_t unit) {
       if (is_done(unit)) return context_.progress->advance(points_of(unit).count);
@@ -66,16 +70,15 @@ class Estimator {
   }
 
  private:
-  std::uint64_t leaves() const { return in_.tree.nodes_on(in_.tree.leaf_level()); }
-  std::uint64_t units() const { return std::min(leaves(), kMostUnits); }
+  std::uint64_t units() const { return std::min(leaves_.leaves(), kMostUnits); }
   IndexRange leaves_of(std::uint64_t unit) const {
-    const std::uint64_t first = unit * leaves() / units();
-    return {first, (unit + 1) * leaves() / units() - first};
+    const std::uint64_t first = unit * leaves_.leaves() / units();
+    return {first, (unit + 1) * leaves_.leaves() / units() - first};
   }
   IndexRange points_of(std::uint64_t unit) const {
     const IndexRange group = leaves_of(unit);
-    const std::uint64_t first = range_of(group.first).first;
-    return {first, range_of(group.end() - 1).end() - first};
+    const std::uint64_t first = leaves_.range_of(group.first).first;
+    return {first, leaves_.range_of(group.end() - 1).end() - first};
   }
   std::uint64_t checksum_of(std::uint64_t unit) const {
     const IndexRange points = points_of(unit);
@@ -92,36 +95,9 @@ class Estimator {
     return checksum == checksum_of(unit);
   }
 
-  IndexRange range_of(std::uint64_t leaf) const {
-    return in_.tree.input_range(in_.tree.leaf_level(), leaf);
-  }
-  std::span<const std::byte> records_of(std::uint64_t leaf) const {
-    const IndexRange range = range_of(leaf);
-    return std::as_const(in_.records)
-        .bytes()
-        .subspan(range.first * in_.stride, range.count * in_.stride);
-  }
-  void release(std::uint64_t leaf) const {
-    const IndexRange range = range_of(leaf);
-    in_.records.release(range.first * in_.stride, range.count * in_.stride);
-  }
-
-  GridBox box_of(std::uint64_t leaf) const {
-    throw_if_stopped(context_);
-    const auto records = records_of(leaf);
-    GridBox box;
-    for (std::size_t at = 0; at < records.size(); at += in_.stride) {
-      GridPoint position;
-      std::memcpy(position.data(), records.data() + at, sizeof position);
-      box.add(position);
-    }
-    release(leaf);
-    return box;
-  }
-
   void estimate_leaf(std::uint64_t leaf, const GridBox& box, const NeighborhoodFinder& finder) {
     throw_if_stopped(context_);
-    const DistinctPositions points(records_of(leaf), in_.stride, box);
+    const DistinctPositions points(leaves_.of(leaf), in_.stride, box);
     std::vector<Estimated> estimated(points.positions.size());
     PlaneFitter fitter(in_.grid);
     finder.find(leaf, points, [&](std::size_t i, std::span<const Neighbor> neighbors) {
@@ -129,15 +105,15 @@ class Estimator {
       if (options_.radii) estimated[i].radius = splat_radius(in_.grid, neighbors);
     });
     write(leaf, points, estimated);
-    release(leaf);
-    context_.progress->advance(range_of(leaf).count);
+    leaves_.release(leaf);
+    context_.progress->advance(leaves_.range_of(leaf).count);
   }
 
   void write(std::uint64_t leaf, const DistinctPositions& points,
              const std::vector<Estimated>& estimated) {
-    const IndexRange range = range_of(leaf);
+    const IndexRange range = leaves_.range_of(leaf);
     const std::size_t kept_bytes = in_.stride - (in_.numbered ? kNumberBytes : 0);
-    const std::byte* from = records_of(leaf).data();
+    const std::byte* from = leaves_.of(leaf).data();
     std::byte* to = out_.array.bytes().data() + range.first * out_.stride;
     for (std::size_t i = 0; i < range.count; ++i, from += in_.stride, to += out_.stride) {
       std::memcpy(to, from, kept_bytes);
@@ -158,6 +134,7 @@ class Estimator {
   }
 
   const EstimateInput& in_;
+  LeafRecords leaves_;
   const EstimateOptions& options_;
   EstimatedPoints& out_;
   bool again_;  ///< an earlier run has left work in the output

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "formats/dataset/grid.h"
-#include "stages/estimate/neighbor_set.h"
+#include "stages/neighbors/neighbor_set.h"
 
 namespace cairn::stages {
 

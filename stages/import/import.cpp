@@ -412,7 +412,7 @@ ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Co
 
 void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
                               const formats::Grid& grid, const Context& context,
-                              const RecordSink& sink) {
+                              const ScanRecordSink& sink) {
   const formats::RecordLayout native(schema, native_position_bytes(scans));
   const formats::RecordLayout canonical(schema, 12);
   const std::size_t attribute_bytes = canonical.stride - 12;
@@ -434,7 +434,7 @@ void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
         std::memcpy(to.data() + p * canonical.stride + 12, source + native.position_size_bytes,
                     attribute_bytes);
       }
-      sink(to, canonical.stride);
+      sink(stretches[i].scan, to, canonical.stride);
     });
   };
   run_in_arena(reading_workers(scans, native.stride + canonical.stride, context),

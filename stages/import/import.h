@@ -3,6 +3,7 @@
 // has been read; the first pass of the split maps them (stages/split).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,11 +39,13 @@ CampaignSize campaign_size(const Scans& scans, const ImportOptions& options);
 /// too coarse (see choose_grid).
 ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Context& context);
 
-/// Streams the campaign's points as canonical records: 12-byte grid position, then the attributes of
-/// `schema`. What verify digests when it is given the inputs. Blocks come in no particular order, from as many
-/// threads as the context's memory has room for.
+/// Streams the campaign's points as canonical records: 12-byte grid position, then the attributes of `schema`. What
+/// verify digests when it is given the inputs. Blocks are each of one scan, and the sink's to change; they come in no
+/// particular order, from as many threads as the context's memory has room for.
+using ScanRecordSink =
+    std::function<void(std::size_t scan, std::span<std::byte> records, std::size_t stride)>;
 void stream_canonical_records(const Scans& scans, const formats::Schema& schema,
                               const formats::Grid& grid, const Context& context,
-                              const RecordSink& sink);
+                              const ScanRecordSink& sink);
 
 }  // namespace cairn::stages

@@ -1,5 +1,6 @@
 #include "stages/split/split.h"
 
+#include <string>
 #include <utility>
 
 #include "formats/checksum.h"
@@ -22,8 +23,7 @@ namespace {
 constexpr std::uint64_t kParallelRecords = 1 << 20;
 
 /// A unit is a node that is divided on the disk, or a whole subtree that is split in memory; its number is the node's.
-constexpr std::string_view kUnits = unit_log::kSplit;
-/// The unit that tells on which level subtrees are split in memory.
+/// This one tells on which level subtrees are split in memory.
 constexpr std::uint64_t kMemoryLevelUnit = kStageDone - 1;
 
 /// What a unit leaves: its children, or, of a subtree, itself.
@@ -34,8 +34,8 @@ struct Parts {
 };
 
 /// What an earlier run has told of a unit.
-std::optional<Parts> recall(const Context& context, std::uint64_t unit) {
-  const auto state = finished_unit(context, kUnits, unit);
+std::optional<Parts> recall(const Context& context, std::string_view units, std::uint64_t unit) {
+  const auto state = finished_unit(context, units, unit);
   if (!state) return std::nullopt;
   Parts parts;
   StateReader reader(*state);
@@ -54,9 +54,9 @@ struct Place {
 class Splitter {
  public:
   /// `again`: an earlier run has left work in the arrays. Throws WorkLost where this run cannot go on with it.
-  Splitter(const Tree& tree, std::size_t stride, const std::array<double, 3>& step, bool again,
-           Context& context)
-      : tree_(tree), stride_(stride), step_(step), again_(again), context_(context) {
+  Splitter(const Tree& tree, std::size_t stride, const std::array<double, 3>& step,
+           std::string_view units, bool again, Context& context)
+      : tree_(tree), stride_(stride), step_(step), units_(units), again_(again), context_(context) {
     memory_level_ = choose_memory_level();
   }
 
@@ -67,8 +67,8 @@ class Splitter {
     return (memory_level_ % 2 == 0) != changes_sides;
   }
 
-  bool is_done() const { return again_ && finished_unit(context_, kUnits, kStageDone); }
-  void finish() const { finish_unit(context_, kUnits, kStageDone, {}); }
+  bool is_done() const { return again_ && finished_unit(context_, units_, kStageDone); }
+  void finish() const { finish_unit(context_, units_, kStageDone, {}); }
 
   /// Whether all records of a split that is done are still there.
   bool is_intact(ExternalArray& array) const {
@@ -100,15 +100,17 @@ class Splitter {
       for (std::uint64_t done = 0; done < run.count; done += records) {
         slabs.push_back({&imported.array, run.first_byte + done * imported.stride,
                          std::min(records, run.count - done), imported.stride,
-                         imported.native_position_bytes, &imported.maps[run.scan]});
+                         imported.native_position_bytes,
+                         imported.maps.empty() ? nullptr : &imported.maps[run.scan]});
         scans.push_back(run.scan);
       }
     std::vector<Rounding> of_slabs(slabs.size());
     for (std::size_t i = 0; i < slabs.size(); ++i)
-      if (!slabs[i].map->exact()) slabs[i].rounding = &of_slabs[i];
+      if (slabs[i].map != nullptr && !slabs[i].map->exact()) slabs[i].rounding = &of_slabs[i];
     Parts parts = divide_and_sum(0, 0, slabs, imported.box, to);
     parts.rounding.resize(imported.maps.size());
-    for (std::size_t i = 0; i < slabs.size(); ++i) parts.rounding[scans[i]].add(of_slabs[i]);
+    for (std::size_t i = 0; i < slabs.size(); ++i)
+      if (slabs[i].map != nullptr) parts.rounding[scans[i]].add(of_slabs[i]);
     remember(0, parts);
     return parts;
   }
@@ -130,22 +132,22 @@ class Splitter {
   Level choose_memory_level() const {
     Level level = std::min<Level>(1, tree_.leaf_level());
     while (level < tree_.leaf_level() && !fits(tree_.input_range(level, 0).count)) ++level;
-    if (const auto state = finished_unit(context_, kUnits, kMemoryLevelUnit); again_ && state) {
+    if (const auto state = finished_unit(context_, units_, kMemoryLevelUnit); again_ && state) {
       Level before = 0;
       StateReader(*state).get(before);
       if (before < level) throw WorkLost{};  // there is less memory than there was
       return before;
     }
-    finish_unit(context_, kUnits, kMemoryLevelUnit, StateWriter().put(level).bytes());
+    finish_unit(context_, units_, kMemoryLevelUnit, StateWriter().put(level).bytes());
     return level;
   }
 
   std::optional<Parts> recalled(std::uint64_t unit) const {
-    return again_ ? recall(context_, unit) : std::nullopt;
+    return again_ ? recall(context_, units_, unit) : std::nullopt;
   }
 
   void remember(std::uint64_t unit, const Parts& parts) const {
-    finish_unit(context_, kUnits, unit,
+    finish_unit(context_, units_, unit,
                 StateWriter().put(parts.boxes).put(parts.checksums).put(parts.rounding).bytes());
   }
 
@@ -294,6 +296,7 @@ class Splitter {
   const Tree& tree_;
   std::size_t stride_;
   std::array<double, 3> step_;
+  std::string_view units_;
   bool again_;
   Level memory_level_;
   Context& context_;
@@ -301,37 +304,39 @@ class Splitter {
 
 }  // namespace
 
-std::vector<Rounding> rounding_of_split(const Context& context) {
-  auto root = recall(context, 0);
+std::vector<Rounding> rounding_of_split(const Context& context, std::string_view name) {
+  auto root = recall(context, name, 0);
   if (!root) throw WorkLost{};
   return std::move(root->rounding);
 }
 
-SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context) {
+SplitPoints split(ImportedPoints&& imported, const Tree& tree, Context& context,
+                  std::string_view name) {
   const std::size_t stride = imported.stride - imported.native_position_bytes + 12;
   const std::uint64_t size_bytes = imported.points * stride;
   const Level levels = tree.leaf_level();
-  auto first = find_array(context, "split-a", size_bytes);
-  auto second = find_array(context, "split-b", size_bytes);
-  const Splitter splitter(tree, stride, imported.grid.step, first || second, context);
+  const std::string first_name = std::string(name) + "-a", second_name = std::string(name) + "-b";
+  auto first = find_array(context, first_name, size_bytes);
+  auto second = find_array(context, second_name, size_bytes);
+  const Splitter splitter(tree, stride, imported.grid.step, name, first || second, context);
   auto& last = splitter.ends_in_second() ? second : first;
   auto& other = splitter.ends_in_second() ? first : second;
-  context.progress->begin("split", imported.points * std::max<Level>(1, levels));
+  context.progress->begin(name, imported.points * std::max<Level>(1, levels));
   // A worker holds the slab that it reads and what it writes of it.
   std::vector<Rounding> rounding;
   run_in_arena(workers_within(context, 2 * kSlabBytes), [&] {
     if (splitter.is_done()) {
       if (!last || !splitter.is_intact(*last)) throw WorkLost{};
-      rounding = rounding_of_split(context);
+      rounding = rounding_of_split(context, name);
       return;
     }
     if (second && !first) throw WorkLost{};
-    if (!first) first = context.make_array("split-a", size_bytes);
+    if (!first) first = context.make_array(first_name, size_bytes);
     const Parts children = splitter.split_root(imported, *first);
     rounding = children.rounding;
     imported.array.remove();
     if (levels > 1) {
-      if (!second) second = context.make_array("split-b", size_bytes);
+      if (!second) second = context.make_array(second_name, size_bytes);
       splitter.split_children(0, 0, children, *first, *second);
     }
     splitter.finish();

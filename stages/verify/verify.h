@@ -53,9 +53,9 @@ struct VerifyReport {
   }
 };
 
-/// Checks a dataset. Memory: a path of decoded nodes from the root to a leaf, for each thread. With
-/// `sources`, also that their points are as many, with the same digest, as the root's. Throws Error:
-/// kInput where bytes are damaged (broken promises are reported, not thrown), kSystem where reading
+/// Checks a dataset. Memory: a path of decoded nodes from the root to a leaf, for each thread. With `sources`, also
+/// that their points are as many, with the same digest, as the root's and those that effects have removed together.
+/// Throws Error: kInput where bytes are damaged (broken promises are reported, not thrown), kSystem where reading
 /// fails.
 VerifyReport verify_dataset(const Context& context, const formats::DatasetReader& dataset,
                             const std::optional<RecordSource>& sources);

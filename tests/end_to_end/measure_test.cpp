@@ -1,4 +1,6 @@
 // What measure finds agrees with what the build recorded, and a broken bound is told.
+#include <cmath>
+
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/las_bytes.h"
 #include "tests/support/tiny_dataset.h"
@@ -94,6 +96,18 @@ TEST_F(Measure, AgainstItsScansItTellsWhatQuantisationMoved) {
   ASSERT_EQ(build({scan, "--node-points", "300", "--lossless-leaves", "--force"}).exit_code, 0);
   const Json kept = Json::parse(measure({"--json", "--against", scan}).out);
   EXPECT_EQ(kept["leaves"]["surface"]["nearest"]["largest"], 0);
+}
+
+TEST_F(Measure, AgainstItsScansPointsThatEffectsRemovedCount) {
+  const std::string scan = write_wavy_las(folder_ / "a.las", 5000);
+  ASSERT_EQ(build({scan, "--node-points", "300", "--lossless-leaves", "--thin", "50"}).exit_code,
+            0);
+  const Json measured = Json::parse(measure({"--json", "--sample", "all", "--against", scan}).out);
+  EXPECT_LT(measured["leaf_points"], 5000);
+  EXPECT_EQ(measured["leaves"]["surface"]["sampled"], 5000);
+  // What was removed has a kept point in its cell, so within the cell's diagonal.
+  EXPECT_GT(measured["leaves"]["surface"]["nearest"]["largest"], 0);
+  EXPECT_LE(measured["leaves"]["surface"]["nearest"]["largest"], 50 * std::sqrt(3.0));
 }
 
 TEST_F(Measure, AgainstItsSceneItTellsHowFarPointsAreFromTheTrueSurface) {

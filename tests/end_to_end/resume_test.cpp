@@ -176,6 +176,13 @@ class LongResume : public Resume {};
 TEST_F(Resume, KilledBeforeACallThatChangesTheDiskItEndsWithTheSameBytes) { test_kills(17); }
 TEST_F(LongResume, KilledBeforeAnyCallThatChangesTheDiskItEndsWithTheSameBytes) { test_kills(1); }
 
+TEST_F(Resume, WithEffectsToo) {
+  command_.insert(command_.end(), {"--remove-duplicates", "exact", "--outlier-deviations", "1",
+                                   "--balance-exposure", "--thin", "5"});
+  undisturbed_ = bytes_of_a_build(command_);
+  test_kills(41);
+}
+
 TEST_F(LongResume, AHundredKillsAtRandomMomentsChangeNothing) {
   write_wavy_las(folder_ / "a.las", 250'000);
   undisturbed_ = bytes_of_a_build(command_);

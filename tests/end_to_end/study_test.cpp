@@ -1,4 +1,5 @@
-// Studies of small scans: results that other programs read, interrupted ones that go on, and recommendations that build.
+// Studies of small scans: results that other programs read, interrupted ones that go on, and recommendations that
+// build.
 #include <csignal>
 #include <map>
 

@@ -245,6 +245,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadValue{"position_bits = 0", "position_bits", "0", "an integer from 1 to 32"},
         BadValue{"position_bits = 33", "position_bits", "33", "an integer from 1 to 32"},
         BadValue{"resolution = 0", "resolution", "0", "a number above 0"},
+        BadValue{"thin = 0", "thin", "0", "a number above 0"},
+        BadValue{"outlier_deviations = -1", "outlier_deviations", "-1", "a number from 0"},
+        BadValue{"outlier_neighbors = 0", "outlier_neighbors", "0", "an integer from 1 to 1024"},
+        BadValue{"remove_duplicates = \"all\"", "remove_duplicates", "all",
+                 "none, position or exact"},
         BadValue{"reducer = \"best\"", "reducer", "best", "cluster, first or random"},
         BadValue{"codec = \"LZO\"", "codec", "LZO", "none, lzo, lzo999 or zstd"},
         BadValue{"preset = \"fast\"", "preset", "fast", "default, preview or archive"},
@@ -334,6 +339,21 @@ TEST_F(Settings, EveryPresetHoldsAndTheDefaultOneChangesNothing) {
   EXPECT_EQ(preset.position_bits, plain.position_bits);
   EXPECT_EQ(preset.lossless_leaves, plain.lossless_leaves);
   EXPECT_EQ(preset.codec, plain.codec);
+}
+
+TEST_F(Settings, EffectsAreOffUntilTheyAreNamed) {
+  EXPECT_FALSE(resolve(kMinimum).options.filter.any());
+  EXPECT_FALSE(resolve(std::string(kMinimum) + "outlier_neighbors = 20").options.filter.any());
+  const stages::FilterOptions filter =
+      resolve(std::string(kMinimum) +
+              "remove_duplicates = \"exact\"\noutlier_deviations = 2\noutlier_neighbors = 20\n"
+              "balance_exposure = true\nthin = 0.5")
+          .options.filter;
+  EXPECT_EQ(filter.duplicates, stages::Duplicates::kExact);
+  EXPECT_EQ(filter.outlier_deviations, 2);
+  EXPECT_EQ(filter.outlier_neighbors, 20U);
+  EXPECT_TRUE(filter.balance_exposure);
+  EXPECT_EQ(filter.thin, 0.5);
 }
 
 TEST_F(Settings, ArchiveKeepsTheLeaves) {

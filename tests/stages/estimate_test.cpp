@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "stages/estimate/neighborhoods.h"
 #include "stages/import/import.h"
+#include "stages/neighbors/neighborhoods.h"
 #include "stages/parallel.h"
 #include "stages/split/split.h"
 #include "tests/support/stage_fixture.h"

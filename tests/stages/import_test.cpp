@@ -273,7 +273,7 @@ TEST_F(ImportTest, TextsAgreeOnTheWidthOfTheirColours) {
     std::vector<std::uint16_t> imported(3), streamed(3);
     std::memcpy(imported.data(), points.array.bytes().data() + 24, 6);
     stream_canonical_records(scans, points.schema, points.grid, context(),
-                             [&](std::span<const std::byte> records, std::size_t) {
+                             [&](std::size_t, std::span<std::byte> records, std::size_t) {
                                if (formats::load_le<std::int32_t>(records.data()) == 0)
                                  std::memcpy(streamed.data(), records.data() + 12, 6);
                              });
@@ -359,7 +359,7 @@ TEST_F(ImportTest, RadiiThatAreNoneAreZero) {
   EXPECT_EQ(radii, (std::vector<float>{0.5F, 0, 0, 0, 0}));
   // What verify digests is what the build stores.
   stream_canonical_records(scans, schema, points.grid, context(),
-                           [&](std::span<const std::byte> records, std::size_t stride) {
+                           [&](std::size_t, std::span<std::byte> records, std::size_t stride) {
                              for (std::size_t i = 0; i < records.size(); i += stride)
                                streamed.push_back(formats::load_le<float>(records.data() + i + 12));
                            });
@@ -370,7 +370,8 @@ TEST_F(ImportTest, RefusesToStreamScansThatDoNotFitTheSchema) {
   const auto stream = [this](formats::Attribute scan, formats::Attribute dataset) {
     Scans scans;
     scans.push_back(scan_with(std::move(scan)));
-    stream_canonical_records(scans, {std::move(dataset)}, {}, context(), [](auto, std::size_t) {});
+    stream_canonical_records(scans, {std::move(dataset)}, {}, context(),
+                             [](std::size_t, auto, std::size_t) {});
   };
   const formats::Attribute one{"label", ScalarType::kU16, 1, ReduceRule::kNone};
   formats::Attribute other = one;
@@ -441,7 +442,8 @@ TEST_F(ImportTest, AsManyWorkersReadAsTheMemoryHasRoomFor) {
   context().threads = 4;
   const ImportedPoints points = import_scans(scans, {}, context());
   EXPECT_EQ(large.most_at_a_time(), 1);
-  stream_canonical_records(scans, points.schema, points.grid, context(), [](auto, std::size_t) {});
+  stream_canonical_records(scans, points.schema, points.grid, context(),
+                           [](std::size_t, auto, std::size_t) {});
   EXPECT_EQ(large.most_at_a_time(), 1);
 }
 
@@ -455,7 +457,7 @@ TEST_F(ImportTest, CanonicalRecordsAreTheMappedPoints) {
   std::multiset<std::string> streamed, expected;
   stream_canonical_records(
       scans, points.schema, points.grid, context(),
-      [&](std::span<const std::byte> records, std::size_t stride) {
+      [&](std::size_t, std::span<std::byte> records, std::size_t stride) {
         for (std::size_t i = 0; i < records.size(); i += stride)
           streamed.insert(std::string(reinterpret_cast<const char*>(records.data()) + i, stride));
       });

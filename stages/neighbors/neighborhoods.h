@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "formats/arrays/external_array.h"
-#include "stages/estimate/distinct_positions.h"
-#include "stages/estimate/leaf_boxes.h"
-#include "stages/estimate/neighbor_set.h"
+#include "stages/neighbors/distinct_positions.h"
+#include "stages/neighbors/leaf_boxes.h"
+#include "stages/neighbors/neighbor_set.h"
 
 namespace cairn::stages {
 

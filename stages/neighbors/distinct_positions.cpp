@@ -1,9 +1,9 @@
-#include "stages/estimate/distinct_positions.h"
+#include "stages/neighbors/distinct_positions.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "formats/dataset/hilbert.h"
+#include "stages/neighbors/leaf_records.h"
 
 namespace cairn::stages {
 
@@ -11,12 +11,6 @@ using formats::GridBox;
 using formats::GridPoint;
 
 namespace {
-
-GridPoint position_of(const std::byte* record) {
-  GridPoint position;
-  std::memcpy(position.data(), record, sizeof position);
-  return position;
-}
 
 /// Key of the cell of a position, on the lattice that 16 bits an axis span over the box.
 std::uint64_t curve_key(const GridPoint& p, const GridBox& box) {

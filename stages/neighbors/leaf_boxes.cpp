@@ -1,4 +1,4 @@
-#include "stages/estimate/leaf_boxes.h"
+#include "stages/neighbors/leaf_boxes.h"
 
 #include <algorithm>
 #include <set>

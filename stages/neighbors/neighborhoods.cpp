@@ -1,10 +1,10 @@
-#include "stages/estimate/neighborhoods.h"
+#include "stages/neighbors/neighborhoods.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "stages/position_index.h"
+#include "stages/neighbors/position_index.h"
 
 namespace cairn::stages {
 

@@ -1,4 +1,4 @@
-#include "stages/estimate/neighbor_set.h"
+#include "stages/neighbors/neighbor_set.h"
 
 #include <algorithm>
 
