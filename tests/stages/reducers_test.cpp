@@ -58,6 +58,17 @@ Cloud sheet(std::size_t count, std::uint32_t seed, bool normals) {
   return cloud;
 }
 
+/// side x side points a step apart.
+Cloud lattice(std::int32_t side) {
+  Cloud cloud;
+  cloud.grid.step = {1, 1, 1};
+  for (std::int32_t x = 0; x < side; ++x)
+    for (std::int32_t y = 0; y < side; ++y) cloud.position.push_back({x, y, 0});
+  cloud.radius.assign(cloud.position.size(), 1);
+  cloud.curve = order_along_curve(cloud.grid, cloud.position, std::nullopt);
+  return cloud;
+}
+
 double squared_error(const Cloud& cloud, const std::vector<std::uint32_t>& representative,
                      std::size_t quota) {
   std::vector<Location> center(quota);
@@ -227,12 +238,7 @@ TEST(SamplingReducer, RandomTakesEveryPointWithTheSameChance) {
 
 TEST(GridReducer, CellsAreThoseOfARegularGrid) {
   // 8 x 8 x 1 cells of 3 x 3 points each.
-  Cloud cloud;
-  cloud.grid.step = {1, 1, 1};
-  for (std::int32_t x = 0; x < 24; ++x)
-    for (std::int32_t y = 0; y < 24; ++y) cloud.position.push_back({x, y, 0});
-  cloud.radius.assign(cloud.position.size(), 1);
-  cloud.curve = order_along_curve(cloud.grid, cloud.position, std::nullopt);
+  const Cloud cloud = lattice(24);
   const Reduction reduction = GridReducer(GridReducer::Filter::kCell).reduce(cloud.view(), 64);
   std::map<std::uint32_t, std::pair<int, int>> cell_of;
   for (std::size_t i = 0; i < cloud.position.size(); ++i) {
@@ -244,12 +250,7 @@ TEST(GridReducer, CellsAreThoseOfARegularGrid) {
 }
 
 TEST(GridReducer, SharesFallWithTheDistanceFromTheCellsCenter) {
-  Cloud cloud;
-  cloud.grid.step = {1, 1, 1};
-  for (std::int32_t x = 0; x < 40; ++x)
-    for (std::int32_t y = 0; y < 40; ++y) cloud.position.push_back({x, y, 0});
-  cloud.radius.assign(cloud.position.size(), 1);
-  cloud.curve = order_along_curve(cloud.grid, cloud.position, std::nullopt);
+  const Cloud cloud = lattice(40);
   const Reduction reduction = GridReducer(GridReducer::Filter::kReach).reduce(cloud.view(), 100);
   ASSERT_EQ(reduction.blend.size(), 100U);
   // The narrowest cells of which ten hold places from 0 to 39 are a hair wider than 3.9; all places lie at their bottom.
