@@ -22,7 +22,7 @@ struct BuildOptions {
   std::optional<std::uint32_t> grid;    ///< K; none: auto
   double theta_degrees = 15;            ///< 0 to 180
   double theta_relaxation = 1.5;        ///< > 1
-  std::uint32_t refinement = 1;         ///< passes of Lloyd's algorithm
+  std::uint32_t refinement = 2;         ///< passes of Lloyd's algorithm
   std::string reducer = "cluster";      ///< cluster, first, random
   std::uint8_t position_bits = 16;      ///< 1 to 32
   bool lossless_leaves = false;

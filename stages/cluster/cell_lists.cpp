@@ -36,14 +36,16 @@ int auto_cell_bits(std::span<const std::uint64_t> keys) {
   return best;
 }
 
-std::vector<std::uint32_t> cut_lists(std::span<const std::uint64_t> keys, int cell_bits) {
+std::vector<std::uint32_t> cut_lists(std::span<const std::uint64_t> keys, int cell_bits,
+                                     std::uint32_t longest) {
+  CAIRN_CHECK(longest >= 1 && longest <= kMaxListLength);
   const int shift = 3 * (kHilbertBits - cell_bits);
   const auto size = static_cast<std::uint32_t>(keys.size());
   std::vector<std::uint32_t> starts;
   for (std::uint32_t first = 0; first < size;) {
     std::uint32_t last = first + 1;
     while (last < size && keys[last] >> shift == keys[first] >> shift) ++last;
-    const std::uint64_t count = last - first, parts = (count + kMaxListLength - 1) / kMaxListLength;
+    const std::uint64_t count = last - first, parts = (count + longest - 1) / longest;
     for (std::uint64_t part = 0; part < parts; ++part)
       starts.push_back(first + static_cast<std::uint32_t>(part * count / parts));
     first = last;

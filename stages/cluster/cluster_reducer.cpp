@@ -111,10 +111,10 @@ class Clustering {
   /// go, every group gives its share.
   void collapse_coincident(std::uint64_t quota, float theta_degrees);
 
-  /// One round over all lists of the grid with `cell_bits`: the cheapest merges of all, until `quota` clusters are left, or
-  /// one in each list. No list is cut to less than half of what would be the longest if the longest was always shortened:
+  /// One round over all lists, of at most `longest` points, of the grid with `cell_bits`: the cheapest merges of all, until
+  /// `quota` clusters are left, or one in each list. No list is cut to less than half of what would be the longest if the longest was always shortened:
   /// few points far from each other are all that a picture has there.
-  void merge_lists(int cell_bits, std::uint64_t quota, ThetaRule theta);
+  void merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota, ThetaRule theta);
 
   float theta_reached() const { return theta_reached_; }
 
@@ -207,11 +207,12 @@ void Clustering::drop_merged() {
   std::erase_if(alive_, [&](std::uint32_t i) { return parent_[i] != i; });
 }
 
-void Clustering::merge_lists(int cell_bits, std::uint64_t quota, ThetaRule theta) {
+void Clustering::merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota,
+                             ThetaRule theta) {
   std::vector<std::uint64_t> keys;
   keys.reserve(alive_.size());
   for (const std::uint32_t i : alive_) keys.push_back(node_.curve.key[i]);
-  const std::vector<std::uint32_t> starts = cut_lists(keys, cell_bits);
+  const std::vector<std::uint32_t> starts = cut_lists(keys, cell_bits, longest);
   std::vector<std::uint32_t> lengths;
   for (std::size_t i = 0; i + 1 < starts.size(); ++i) lengths.push_back(starts[i + 1] - starts[i]);
   const std::uint32_t least = (leveled_length(lengths, quota) + 1) / 2;
@@ -245,9 +246,10 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
   Clustering clustering(node);
   clustering.collapse_coincident(quota, options_.theta.start_degrees);
   const int first_cell_bits = options_.grid ? node.curve.cell_bits : auto_cell_bits(node.curve.key);
+  const std::uint32_t longest_list = options_.grid ? kMaxListLength : kAutoListLength;
   int cell_bits = first_cell_bits;
   while (clustering.count() > quota) {
-    clustering.merge_lists(cell_bits, quota, options_.theta);
+    clustering.merge_lists(cell_bits, longest_list, quota, options_.theta);
     if (clustering.count() > quota) cell_bits = std::max(0, cell_bits - 1);
   }
   const int coarsened = node.curve.cell_bits - cell_bits;

@@ -63,7 +63,7 @@ class Reducer {
 struct ClusterOptions {
   std::optional<std::uint32_t> grid;  ///< K, 1 to 65536; none: about 16 points a cell
   ThetaRule theta;
-  std::uint32_t refinement = 1;  ///< passes in which points move to the nearest center
+  std::uint32_t refinement = 2;  ///< passes in which points move to the nearest center
 };
 
 /// The names of all reducers, the default first.

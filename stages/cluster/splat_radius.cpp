@@ -35,7 +35,8 @@ double spacing(const Grid& grid, const GridBox& box, std::uint64_t count) {
 
 std::vector<float> radii_from_density(const Grid& grid, std::span<const GridPoint> points,
                                       const CurveOrder& curve) {
-  const std::vector<std::uint32_t> starts = cut_lists(curve.key, auto_cell_bits(curve.key));
+  const std::vector<std::uint32_t> starts =
+      cut_lists(curve.key, auto_cell_bits(curve.key), kAutoListLength);
   std::vector<double> spacings;
   double sum = 0;
   std::uint64_t measured = 0;

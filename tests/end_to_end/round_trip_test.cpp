@@ -98,14 +98,21 @@ TEST_F(RoundTrip, ThreadsChangeNoByteOfALazCampaign) {
 
 TEST_F(RoundTrip, ThePeakOfMemoryHoldsTheWorkersThatDecode) {
   CAIRN_NEEDS_SHARED_DATA();
-  const auto peak_of = [&](const char* scan) {
+  // Of the import alone: other stages may need more than it needs with its workers.
+  const auto peak_of_import = [&](const char* scan) {
     EXPECT_EQ(build({std::string(CAIRN_SHARED_DATA "/") + scan}).exit_code, 0);
     const Json run = Json::parse(read_text(output() + "/run.json"));
     fs::remove_all(output());
-    return run.at("peak_memory_bytes").get<std::uint64_t>();
+    const Json& stages = run.at("stages");
+    const auto import =
+        std::ranges::find(stages, "import", [](const Json& s) { return s.at("name"); });
+    const auto peak = import->at("peak_memory_bytes").get<std::uint64_t>();
+    EXPECT_GE(run.at("peak_memory_bytes").get<std::uint64_t>(), peak);
+    return peak;
   };
   constexpr std::uint64_t kLeastNodeJs = std::uint64_t{20} << 20;
-  EXPECT_GT(peak_of("laz/autzen_trim.laz"), peak_of("las/autzen_trim.las") + kLeastNodeJs);
+  EXPECT_GT(peak_of_import("laz/autzen_trim.laz"),
+            peak_of_import("las/autzen_trim.las") + kLeastNodeJs);
 }
 
 TEST_F(RoundTrip, TheBunnysSixScansComeBackToTheGrid) {

@@ -50,7 +50,7 @@ TEST_F(Settings, DefaultsAreTheDesigns) {
   EXPECT_EQ(options.grid, std::nullopt);
   EXPECT_EQ(options.theta_degrees, 15);
   EXPECT_EQ(options.theta_relaxation, 1.5);
-  EXPECT_EQ(options.refinement, 1U);
+  EXPECT_EQ(options.refinement, 2U);
   EXPECT_EQ(options.reducer, "cluster");
   EXPECT_EQ(options.position_bits, 16);
   EXPECT_EQ(options.codec, formats::Codec::kLzo);
@@ -107,10 +107,10 @@ progress = "json"
 TEST_F(Settings, FlagsWinOverConfigurationOverPreset) {
   const std::string text = std::string(kMinimum) + "preset = \"preview\"\nfanout = 4\n";
   EXPECT_EQ(resolve(text).options.refinement, 0U);
-  EXPECT_EQ(resolve(text, flag("refinement", {"2"})).options.refinement, 2U);
+  EXPECT_EQ(resolve(text, flag("refinement", {"5"})).options.refinement, 5U);
   EXPECT_EQ(resolve(text, flag("fanout", {"8"})).options.fanout, 8U);
   EXPECT_EQ(resolve(text, flag("fanout", {"auto"})).options.fanout, std::nullopt);
-  EXPECT_EQ(resolve(text, flag("preset", {"archive"})).options.refinement, 1U);
+  EXPECT_EQ(resolve(text, flag("preset", {"archive"})).options.refinement, 2U);
   EXPECT_EQ(resolve(text + "refinement = 3\n").options.refinement, 3U);
 }
 

@@ -43,12 +43,13 @@ TEST(CutLists, SharesLeadingBitsAndStaysShort) {
   for (auto& key : keys) key = random() % (std::uint64_t{1} << (random() % 2 == 0 ? 48 : 40));
   std::sort(keys.begin(), keys.end());
   for (int bits = 0; bits <= 16; ++bits) {
-    const auto starts = cut_lists(keys, bits);
+    const std::uint32_t longest = 1 + static_cast<std::uint32_t>(random() % kMaxListLength);
+    const auto starts = cut_lists(keys, bits, longest);
     ASSERT_EQ(starts.front(), 0U);
     ASSERT_EQ(starts.back(), keys.size());
     for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
       ASSERT_LT(starts[i], starts[i + 1]);
-      ASSERT_LE(starts[i + 1] - starts[i], kMaxListLength);
+      ASSERT_LE(starts[i + 1] - starts[i], longest);
       ASSERT_EQ(keys[starts[i]] >> (3 * (16 - bits)), keys[starts[i + 1] - 1] >> (3 * (16 - bits)));
     }
   }

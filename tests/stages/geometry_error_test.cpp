@@ -6,10 +6,7 @@
 #include <random>
 
 #include "formats/scalar_value.h"
-#include "stages/measure/deviation.h"
-#include "stages/measure/measure.h"
-#include "tests/support/small_build.h"
-#include "tests/support/stage_fixture.h"
+#include "tests/support/measured_geometry.h"
 
 namespace cairn::stages {
 namespace {
@@ -17,40 +14,12 @@ namespace {
 using formats::DatasetReader;
 using formats::GridPoint;
 using formats::Level;
-using formats::NodeId;
+using test::cloud;
+using test::MeasuredGeometry;
+using test::origin_of;
+using test::random_points;
 
 constexpr std::uint64_t kAll = MeasureOptions::kAllPoints;
-
-class MeasuredGeometry : public test::StageFixture {
- protected:
-  std::filesystem::path build(const test::SmallBuild& build) {
-    const std::filesystem::path path = folder() / ("dataset" + std::to_string(next_++));
-    test::write_built(build, path, context());
-    return path;
-  }
-  ErrorReport measure(const std::filesystem::path& path, const MeasureOptions& options) {
-    return measure_dataset(context(), DatasetReader::open(path), options);
-  }
-  /// Of queries that are grid points of the dataset.
-  ErrorReport measure_queries(const std::filesystem::path& path,
-                              const std::vector<GridPoint>& queries) {
-    const RecordSource source = [&](const RecordSink& sink) {
-      sink(std::as_bytes(std::span(queries)), sizeof(GridPoint));
-    };
-    return measure(path, {.sample = kAll, .against = source});
-  }
-
- private:
-  int next_ = 0;
-};
-
-std::vector<GridPoint> random_points(std::size_t count, std::uint32_t range, unsigned seed) {
-  std::mt19937 random(seed);
-  std::vector<GridPoint> points(count);
-  for (GridPoint& p : points)
-    for (std::int32_t& c : p) c = static_cast<std::int32_t>(random() % range);
-  return points;
-}
 
 std::vector<GridPoint> lattice(std::int32_t side, std::int32_t steps, GridPoint first = {}) {
   std::vector<GridPoint> points;
@@ -202,20 +171,6 @@ void expect_brute_force(const ErrorReport& report, const DatasetReader& dataset)
   }
 }
 
-test::SmallBuild cloud(std::size_t points, bool normals) {
-  test::SmallBuild cloud{.points = random_points(points, 2000, 5),
-                         .scale = {0.5, 0.25, 1},
-                         .offset = {500'000, 5'000'000, 0},
-                         .fanout = 3,
-                         .node_points = 150};
-  std::mt19937 random(6);
-  std::uniform_real_distribution<float> component(-1, 1);
-  for (std::size_t i = 0; normals && i < points; ++i)
-    cloud.normals.push_back(i % 7 == 0 ? std::array<float, 3>{}
-                                       : std::array{component(random), component(random), 1.0F});
-  return cloud;
-}
-
 TEST_F(MeasuredGeometry, IsWhatLookingAtEveryPairFinds) {
   for (const bool normals : {false, true}) {
     const auto path = build(cloud(1400, normals));
@@ -244,12 +199,6 @@ test::SmallBuild unit_lattice(bool normals) {
   build.radii.assign(build.points.size(), 0.5F);
   if (normals) build.normals.assign(build.points.size(), {0, 0, 1});
   return build;
-}
-
-/// Where the first point of the lattice lies on the dataset's grid.
-GridPoint origin_of(const std::filesystem::path& path) {
-  const DatasetReader dataset = DatasetReader::open(path);
-  return dataset.record(NodeId{0}).box.min;
 }
 
 TEST_F(MeasuredGeometry, BetweenFourPointsOfALattice) {
@@ -355,191 +304,5 @@ TEST_F(MeasuredGeometry, FromALatticeARandomPlaceIsASixthOfItsCellAway) {
   EXPECT_NEAR(mean_square, 1.0 / 6, 4 * std::sqrt(1.0 / 90 / 1600));
   EXPECT_LE(leaves.nearest.largest, 10'000 * std::sqrt(0.5));
 }
-
-/// Points at random in a square of `side` steps, tilted about two axes.
-std::vector<GridPoint> tilted_plane(std::size_t count, double side, unsigned seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> along(0, side);
-  const double u[3] = {0.8, 0.36, 0.48}, v[3] = {-0.6, 0.48, 0.64};
-  std::vector<GridPoint> points(count);
-  for (GridPoint& p : points) {
-    const double a = along(random), b = along(random);
-    for (std::size_t k = 0; k < 3; ++k)
-      p[k] = static_cast<std::int32_t>(std::lround(a * u[k] + b * v[k]));
-  }
-  return points;
-}
-
-/// RMS distance, over that of hexagons, from the nearest of points that lie at random: sqrt(A / (pi k)).
-const double kRandomOverLimit = std::sqrt(18 * std::numbers::sqrt3 / (5 * std::numbers::pi));
-
-/// RMS distances on the root, over that of the best there is: the centers of regular hexagons, from which the points of
-/// a plane are sqrt(5 / (18 sqrt(3)) A / k), for k of them on an area A.
-struct OverLimit {
-  double assigned, nearest;
-};
-
-class LongMeasuredPlane : public MeasuredGeometry {
- protected:
-  OverLimit measure_plane(const std::string& reducer) {
-    constexpr std::size_t kPoints = std::size_t{1} << 20;
-    constexpr double kSide = 2e7, kScale = 1e-4;
-    const auto path = build({.points = tilted_plane(kPoints, kSide, 3),
-                             .scale = {kScale, kScale, kScale},
-                             .offset = {5e5, 5e6, 300},
-                             .node_points = kPoints / 64,
-                             .reducer = reducer});
-    const ErrorReport report = measure(path, {.sample = 100'000});
-    EXPECT_EQ(report.levels.size(), 3U);
-    const LevelError& root = report.levels.front();
-    EXPECT_EQ(root.points, kPoints / 64);
-    const double area = kSide * kScale * kSide * kScale;
-    const double limit =
-        std::sqrt(5 / (18 * std::numbers::sqrt3) * area / static_cast<double>(root.points));
-    RecordProperty(reducer + "_assigned", std::to_string(root.rms / limit));
-    RecordProperty(reducer + "_nearest",
-                   std::to_string(root.geometry.surface.value().nearest.rms / limit));
-    return {root.rms / limit, root.geometry.surface.value().nearest.rms / limit};
-  }
-};
-
-TEST_F(LongMeasuredPlane, ClustersComeNearTheHexagonalLimit) {
-  const OverLimit cluster = measure_plane("cluster");
-  EXPECT_GE(cluster.nearest, 1);
-  EXPECT_GE(cluster.assigned, cluster.nearest);
-  EXPECT_LE(cluster.assigned, 1.10);
-  EXPECT_LE(cluster.nearest, 1.06);
-  const OverLimit random = measure_plane("random");
-  EXPECT_NEAR(random.nearest, kRandomOverLimit, 0.01);
-  for (const char* reducer : {"average", "first"}) {
-    const OverLimit other = measure_plane(reducer);
-    EXPECT_GT(other.nearest, cluster.nearest) << reducer;
-    EXPECT_GT(other.assigned, cluster.assigned) << reducer;
-    EXPECT_LT(other.nearest, random.nearest) << reducer;
-  }
-}
-
-// --- Samples --------------------------------------------------------------------------------------
-
-void expect_equal(const SurfaceError& a, const SurfaceError& b) {
-  EXPECT_EQ(a.sampled, b.sampled);
-  EXPECT_EQ(a.nearest.rms, b.nearest.rms);
-  EXPECT_EQ(a.splat.rms, b.splat.rms);
-  EXPECT_EQ(a.splat.percentile_99, b.splat.percentile_99);
-  EXPECT_EQ(a.uncovered, b.uncovered);
-  EXPECT_EQ(a.overdraw, b.overdraw);
-  EXPECT_EQ(a.factor_99_9, b.factor_99_9);
-  EXPECT_EQ(a.factor_all, b.factor_all);
-}
-
-TEST_F(MeasuredGeometry, NeitherThreadsNorMemoryChangeABit) {
-  const auto path = build(cloud(2000, true));
-  for (const std::uint64_t sample : {std::uint64_t{700}, kAll}) {
-    context().threads = 7;
-    const ErrorReport wide = measure(path, {.sample = sample});
-    context().threads = 1;
-    context().memory_bytes = 1;
-    const ErrorReport narrow = measure(path, {.sample = sample});
-    context().memory_bytes = std::uint64_t{1} << 30;
-    for (std::size_t i = 0; i < wide.levels.size(); ++i) {
-      const auto &a = wide.levels[i].geometry, &b = narrow.levels[i].geometry;
-      expect_equal(a.surface.value(), b.surface.value());
-      EXPECT_EQ(a.spacing.value().mean, b.spacing.value().mean);
-      EXPECT_EQ(a.spacing->variation, b.spacing->variation);
-    }
-  }
-}
-
-TEST_F(MeasuredGeometry, OfASampleTheRangesHoldTheFiguresOfAll) {
-  const auto path = build(cloud(9000, false));
-  const ErrorReport all = measure(path, {.sample = kAll});
-  const ErrorReport some = measure(path, {.sample = 3000});
-  for (std::size_t i = 0; i < all.levels.size(); ++i) {
-    const SurfaceError &whole = all.levels[i].geometry.surface.value(),
-                       &part = some.levels[i].geometry.surface.value();
-    // Five standard deviations of the number that is taken.
-    EXPECT_NEAR(static_cast<double>(part.sampled), 3000, 5 * std::sqrt(3000 * 2.0 / 3));
-    const Interval rms = part.nearest.rms_interval.value();
-    EXPECT_LE(rms.low, whole.nearest.rms);
-    EXPECT_GE(rms.high, whole.nearest.rms);
-    EXPECT_LT(rms.high - rms.low, 0.05 * whole.nearest.rms);
-    EXPECT_LE(part.uncovered_interval.value().low, whole.uncovered);
-    EXPECT_GE(part.uncovered_interval->high, whole.uncovered);
-    EXPECT_LE(part.factor_all, whole.factor_all);
-    EXPECT_FALSE(whole.uncovered_interval.has_value());
-  }
-}
-
-TEST_F(MeasuredGeometry, NoneIsMeasuredOfNone) {
-  const ErrorReport report = measure(build(cloud(1400, false)), {.sample = 0});
-  EXPECT_FALSE(report.levels[0].geometry.surface || report.levels[0].geometry.spacing);
-  EXPECT_GT(report.levels[0].rms, 0);
-}
-
-TEST_F(MeasuredGeometry, AgainstScansTheOrderOfBlocksIsForgotten) {
-  const test::SmallBuild points = cloud(6000, false);
-  const auto path = build(points);
-  const GridPoint origin = origin_of(path);
-  std::vector<GridPoint> queries = random_points(6000, 2000, 11);
-  for (GridPoint& p : queries)
-    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += origin[axis];
-  const auto run = [&](std::size_t block) {
-    const RecordSource source = [&](const RecordSink& sink) {
-      for (std::size_t first = 0; first < queries.size(); first += block)
-        sink(std::as_bytes(
-                 std::span(queries).subspan(first, std::min(block, queries.size() - first))),
-             sizeof(GridPoint));
-    };
-    return measure(path, {.sample = 3000, .against = source});
-  };
-  const ErrorReport one = run(6000);
-  std::ranges::reverse(queries);
-  const ErrorReport many = run(17);
-  EXPECT_NEAR(static_cast<double>(one.leaves.surface.value().sampled), 3000, 200);
-  for (std::size_t i = 0; i < one.levels.size(); ++i)
-    expect_equal(one.levels[i].geometry.surface.value(), many.levels[i].geometry.surface.value());
-  expect_equal(*one.leaves.surface, many.leaves.surface.value());
-}
-
-TEST_F(MeasuredGeometry, AScansOwnPointsAreWhereTheLeavesHaveThem) {
-  const test::SmallBuild points = cloud(3000, false);
-  const auto path = build(points);
-  const ErrorReport stored = measure(path, {.sample = kAll});
-  std::vector<GridPoint> queries;
-  const DatasetReader dataset = DatasetReader::open(path);
-  for (std::uint64_t n = 0; n < dataset.tree().nodes_on(dataset.tree().leaf_level()); ++n) {
-    const auto node = dataset.read_node(dataset.tree().id(dataset.tree().leaf_level(), n),
-                                        formats::all_sections());
-    queries.insert(queries.end(), node.position.begin(), node.position.end());
-  }
-  const ErrorReport scans = measure_queries(path, queries);
-  EXPECT_EQ(scans.leaves.surface.value().nearest.largest, 0);
-  for (std::size_t i = 0; i < stored.levels.size(); ++i) {
-    const SurfaceError &a = scans.levels[i].geometry.surface.value(),
-                       &b = stored.levels[i].geometry.surface.value();
-    EXPECT_NEAR(a.nearest.rms, b.nearest.rms, 1e-9 * b.nearest.rms);
-    EXPECT_EQ(a.overdraw, b.overdraw);
-  }
-}
-
-TEST(ShareInterval, IsWilsons) {
-  // Of R: prop.test(x, n, correct = FALSE)$conf.int.
-  const Interval few = share_interval(1, 10);
-  EXPECT_NEAR(few.low, 0.01787621, 1e-7);
-  EXPECT_NEAR(few.high, 0.40415003, 1e-7);
-  EXPECT_EQ(share_interval(0, 10).low, 0);
-  EXPECT_NEAR(share_interval(0, 10).high, 0.27753279, 1e-7);
-  EXPECT_EQ(share_interval(10, 10).high, 1);
-}
-
-TEST(DeviationInterval, IsThatOfTheMeanSquare) {
-  Deviation deviation;
-  for (const double square : {1.0, 2.0, 3.0, 4.0}) deviation.add(square);
-  // The mean is 2.5, the sample's variance 5/3, the mean's standard error sqrt(5/12).
-  const double half = 1.959963984540054 * std::sqrt(5.0 / 12);
-  EXPECT_NEAR(deviation.rms_interval().low, std::sqrt(2.5 - half), 1e-12);
-  EXPECT_NEAR(deviation.rms_interval().high, std::sqrt(2.5 + half), 1e-12);
-}
-
 }  // namespace
 }  // namespace cairn::stages

@@ -75,8 +75,9 @@ void write_built(const SmallBuild& build, const std::filesystem::path& folder,
   stages::SplitPoints points = stages::split(std::move(imported), header.tree(), context);
   formats::OutputFile spill = formats::OutputFile::create(folder / "spill");
   stages::Packer packer(header, formats::Codec::kLzo, spill);
-  const auto reducer = stages::make_reducer(build.reducer, {});
-  stages::cluster({points.array, points.stride, header, *reducer, {}}, packer, context);
+  const auto reducer = stages::make_reducer(build.reducer, build.clustering);
+  stages::cluster({points.array, points.stride, header, *reducer, build.clustering.grid}, packer,
+                  context);
   const auto create = [&](const char* name) { return formats::OutputFile::create(folder / name); };
   formats::OutputFile nodes = create(formats::dataset_file::kNodes);
   formats::OutputFile index = create(formats::dataset_file::kIndex);

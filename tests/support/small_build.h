@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "formats/dataset/grid.h"
+#include "stages/cluster/reducer.h"
 #include "stages/context.h"
 
 namespace cairn::test {
@@ -21,6 +22,7 @@ struct SmallBuild {
   std::uint32_t fanout = 4;
   std::uint64_t node_points = 100;
   std::string reducer = "cluster";
+  stages::ClusterOptions clustering{};
 };
 
 /// Writes the dataset, its leaves without loss, into a new folder.
