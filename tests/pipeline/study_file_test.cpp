@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/error.h"
+#include "tests/support/shared_data.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -30,6 +31,20 @@ std::string refusal(const std::string& text) {
     return error.what();
   }
   return "no error";
+}
+
+TEST(StudyFile, TheStudiesOfTheProjectAreRead) {
+  const auto studies = test::files_in(CAIRN_SOURCE "/configs/studies", ".toml");
+  EXPECT_EQ(studies.size(), 4U);
+  for (const auto& path : studies) {
+    const StudyFile study = read_study(path);
+    EXPECT_EQ(study.name, path.stem().string());
+    EXPECT_GE(study.settings.size(), 5U) << path;
+    for (const StudyInput& input : study.inputs) {
+      const auto& described = input.scene ? input.scene : input.campaign;
+      EXPECT_TRUE(input.scans || std::filesystem::exists(described.value())) << path;
+    }
+  }
 }
 
 TEST(StudyFile, HasDefaults) {
