@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "formats/error.h"
 
 namespace cairn::stages {
 namespace {
 
-std::uint32_t longest_axis(std::span<const Location> centers,
-                           std::span<const std::uint32_t> members) {
+/// None where the members share one place.
+std::optional<std::uint32_t> longest_axis(std::span<const Location> centers,
+                                          std::span<const std::uint32_t> members) {
   Location low = centers[members[0]], high = low;
   for (const std::uint32_t i : members)
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -20,6 +23,7 @@ std::uint32_t longest_axis(std::span<const Location> centers,
   std::uint32_t longest = 0;
   for (std::uint32_t axis = 1; axis < 3; ++axis)
     if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
+  if (high[longest] == low[longest]) return {};
   return longest;
 }
 
@@ -35,14 +39,18 @@ CenterTree::CenterTree(std::span<const Location> centers) : order_(centers.size(
 }
 
 void CenterTree::build(const Part& part, std::span<const Location> centers) {
-  if (part.is_bucket()) return;
   const auto members = std::span(order_).subspan(part.first, part.last - part.first);
-  const std::uint32_t axis = longest_axis(centers, members);
+  const auto axis = part.is_bucket() ? std::nullopt : longest_axis(centers, members);
+  if (!axis) {
+    std::ranges::sort(members);  // selection leaves an order that is the library's own
+    if (!part.is_bucket()) planes_[part.node].axis = kNoAxis;
+    return;
+  }
   const auto middle = members.begin() + static_cast<std::ptrdiff_t>(members.size() / 2);
   std::nth_element(members.begin(), middle, members.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return centers[a][axis] < centers[b][axis];
+    return std::pair(centers[a][*axis], a) < std::pair(centers[b][*axis], b);
   });
-  planes_[part.node] = {centers[*middle][axis], axis};
+  planes_[part.node] = {centers[*middle][*axis], *axis};
   build(part.left(), centers);
   build(part.right(), centers);
 }

@@ -16,8 +16,9 @@ class CenterTree {
   /// `centers`: at least one, finite.
   explicit CenterTree(std::span<const Location> centers);
 
-  /// Calls limit = visit(index, square) for centers whose squared distance `square` is at most `limit` then, among them
-  /// all that are within the limit that is returned last. The limit must not grow.
+  /// Calls limit = visit(index, square) for centers whose squared distance `square` is below `limit` then, among them all that
+  /// are below the limit that is returned last; always in the same order. The limit must not grow. However many centers share
+  /// one place, those behind the one that brought the limit down to their distance cost nothing.
   template <typename Visit>
   void search(const Location& place, double limit, const Visit& visit) const {
     descend({0, 0, static_cast<std::uint32_t>(order_.size())}, place, limit, visit);
@@ -25,8 +26,10 @@ class CenterTree {
 
  private:
   static constexpr std::uint32_t kBucket = 8;
+  static constexpr std::uint32_t kNoAxis = 3;
 
-  /// Children of node i are 2 i + 1 and 2 i + 2; they share its centers half and half.
+  /// Children of node i are 2 i + 1 and 2 i + 2; they share its centers half and half. Small parts have none, nor have those
+  /// whose centers all lie at one place.
   struct Part {
     std::uint32_t node, first, last;
 
@@ -36,7 +39,7 @@ class CenterTree {
   };
   struct Plane {
     double at;
-    std::uint32_t axis;
+    std::uint32_t axis;  ///< kNoAxis: all at one place
   };
 
   void build(const Part& part, std::span<const Location> centers);
@@ -44,16 +47,21 @@ class CenterTree {
   template <typename Visit>
   void descend(const Part& part, const Location& place, double& limit, const Visit& visit) const {
     if (part.is_bucket()) {
-      for (std::uint32_t i = part.first; i < part.last; ++i) {
-        const double square = squared_distance(place, sorted_[i]);
-        if (square <= limit) limit = visit(order_[i], square);
-      }
+      for (std::uint32_t i = part.first; i < part.last; ++i)
+        if (const double square = squared_distance(place, sorted_[i]); square < limit)
+          limit = visit(order_[i], square);
       return;
     }
     const Plane& plane = planes_[part.node];
+    if (plane.axis == kNoAxis) {
+      const double square = squared_distance(place, sorted_[part.first]);
+      for (std::uint32_t i = part.first; i < part.last && square < limit; ++i)
+        limit = visit(order_[i], square);
+      return;
+    }
     const double beyond = place[plane.axis] - plane.at;
     descend(beyond < 0 ? part.left() : part.right(), place, limit, visit);
-    if (beyond * beyond <= limit)
+    if (beyond * beyond < limit)
       descend(beyond < 0 ? part.right() : part.left(), place, limit, visit);
   }
 

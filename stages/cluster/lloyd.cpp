@@ -103,7 +103,7 @@ class Pass {
   }
 
  private:
-  /// Of those that face the point's way; its own one if none is nearer, the first of several.
+  /// Of those that face the point's way; its own one if none is nearer.
   std::uint32_t nearest_center(std::uint32_t point, double own_square) const {
     const std::uint32_t own = representative_[point];
     const Normal normal = node_.normal.empty() ? Normal{0, 0, 0} : node_.normal[point];
@@ -111,9 +111,7 @@ class Pass {
     std::uint32_t best = own;
     double best_square = own_square;
     tree_.search(places_[point], best_square, [&](std::uint32_t r, double square) {
-      const bool nearer =
-          square < best_square || (square == best_square && best != own && r < best);
-      if (nearer && agreement(normal, r) >= least) {
+      if (agreement(normal, r) >= least) {
         best = r;
         best_square = square;
       }

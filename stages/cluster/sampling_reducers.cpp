@@ -34,7 +34,7 @@ std::vector<std::uint32_t> any_of(const NodeView& node, std::uint64_t quota) {
   return chosen;
 }
 
-/// For each point which of the chosen is nearest, the first of several; of a chosen one itself.
+/// For each point which of the chosen is nearest; of a chosen one itself.
 std::vector<std::uint32_t> nearest_of(const NodeView& node,
                                       const std::vector<std::uint32_t>& chosen) {
   const Places places(node);
@@ -46,7 +46,7 @@ std::vector<std::uint32_t> nearest_of(const NodeView& node,
   for (std::uint32_t i = 0; i < nearest.size(); ++i) {
     double least = std::numeric_limits<double>::infinity();
     tree.search(places[i], least, [&](std::uint32_t r, double square) {
-      if (square < least || r < nearest[i]) nearest[i] = r;
+      nearest[i] = r;
       return least = square;
     });
   }

@@ -131,6 +131,23 @@ TEST(CenterTree, FindsTheNearestOfAll) {
   }
 }
 
+TEST(CenterTree, CentersAtOnePlaceAreNotAllLookedAt) {
+  std::vector<Location> centers(100'000, Location{1, 2, 3});
+  for (int i = 0; i < 1000; ++i) centers.push_back({1 + 0.001 * i, 5, 6});
+  const CenterTree tree(centers);
+  for (const Location& place : {Location{1, 2, 3}, Location{1, 2.5, 3}, Location{0, 0, 0}}) {
+    std::uint32_t visits = 0, nearest = 0;
+    double limit = INFINITY;
+    tree.search(place, limit, [&](std::uint32_t index, double square) {
+      ++visits;
+      nearest = index;
+      return limit = square;
+    });
+    EXPECT_LT(nearest, 100'000U);
+    EXPECT_LT(visits, 1000U);
+  }
+}
+
 TEST(Lloyd, EveryPassLowersTheErrorAndKeepsAllClusters) {
   const Cloud cloud = sheet(4000, 1, false);
   std::vector<std::uint32_t> representative =
