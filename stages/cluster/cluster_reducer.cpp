@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "formats/dataset/hilbert.h"
 #include "formats/error.h"
@@ -107,8 +106,11 @@ class Clustering {
 
   std::size_t count() const { return alive_.size(); }
 
-  /// Merges points at one position that face the same way, as far as `quota` allows: if not all may
-  /// go, every group gives its share.
+  /// Of the clusters: on the curve, ascending.
+  std::vector<std::uint64_t> keys() const;
+
+  /// Merges points at one position that follow each other on the curve and face the way of the first of them, as far as
+  /// `quota` allows: if not all may go, every group gives its share.
   void collapse_coincident(std::uint64_t quota, float theta_degrees);
 
   /// One round over all lists, of at most `longest` points, of the grid with `cell_bits`: the cheapest merges of all, until
@@ -134,7 +136,7 @@ class Clustering {
 };
 
 void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
-  const double min_cosine = std::cos(theta_degrees * std::numbers::pi / 180.0);
+  const double min_cosine = cosine_of_limit(theta_degrees);
   const auto joins = [&](std::uint32_t first, std::uint32_t i) {
     if (node_.position[node_.curve.order[first]] != node_.position[node_.curve.order[i]])
       return false;
@@ -207,12 +209,16 @@ void Clustering::drop_merged() {
   std::erase_if(alive_, [&](std::uint32_t i) { return parent_[i] != i; });
 }
 
-void Clustering::merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota,
-                             ThetaRule theta) {
+std::vector<std::uint64_t> Clustering::keys() const {
   std::vector<std::uint64_t> keys;
   keys.reserve(alive_.size());
   for (const std::uint32_t i : alive_) keys.push_back(node_.curve.key[i]);
-  const std::vector<std::uint32_t> starts = cut_lists(keys, cell_bits, longest);
+  return keys;
+}
+
+void Clustering::merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota,
+                             ThetaRule theta) {
+  const std::vector<std::uint32_t> starts = cut_lists(keys(), cell_bits, longest);
   std::vector<std::uint32_t> lengths;
   for (std::size_t i = 0; i + 1 < starts.size(); ++i) lengths.push_back(starts[i + 1] - starts[i]);
   const std::uint32_t least = (leveled_length(lengths, quota) + 1) / 2;
@@ -239,37 +245,42 @@ std::vector<std::uint32_t> Clustering::cluster_of_points() const {
   return of_point;
 }
 
+/// Cells along the longest axis, of K given ones if any, once so many times each two of them were joined: of an odd number
+/// the last one stays alone.
+std::uint32_t cells_along(std::optional<std::uint32_t> grid, int cell_bits, int joined) {
+  return grid ? (*grid + (1U << joined) - 1) >> joined : 1U << cell_bits;
+}
+
 }  // namespace
 
 Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) const {
   CAIRN_CHECK(quota >= 1 && quota <= node.position.size());
   Clustering clustering(node);
   clustering.collapse_coincident(quota, options_.theta.start_degrees);
-  const int first_cell_bits = options_.grid ? node.curve.cell_bits : auto_cell_bits(node.curve.key);
+  const bool needs_grid = clustering.count() > quota;
+  const int first_cell_bits =
+      options_.grid ? node.curve.cell_bits : auto_cell_bits(clustering.keys());
   const std::uint32_t longest_list = options_.grid ? kMaxListLength : kAutoListLength;
   int cell_bits = first_cell_bits;
   while (clustering.count() > quota) {
     clustering.merge_lists(cell_bits, longest_list, quota, options_.theta);
     if (clustering.count() > quota) cell_bits = std::max(0, cell_bits - 1);
   }
-  const int coarsened = node.curve.cell_bits - cell_bits;
-  const std::uint32_t cells = options_.grid && coarsened >= 0
-                                  ? std::max(1U, *options_.grid >> coarsened)
-                                  : std::uint32_t{1} << cell_bits;
   std::vector<std::uint32_t> representative = clustering.cluster_of_points();
   number_along(node.curve.order, quota, representative);
   for (std::uint32_t pass = 0; pass < options_.refinement; ++pass)
     lloyd_pass(node, options_.theta.start_degrees, quota, representative);
   number_along(node.curve.order, quota, representative);
-  return {.representative = std::move(representative),
-          .chosen = {},
-          .blend = {},
-          .theta_degrees = node.normal.empty()
-                               ? 0
-                               : std::max(options_.theta.start_degrees, clustering.theta_reached()),
-          .grid = cells,
-          .theta_relaxed = clustering.theta_reached() > options_.theta.start_degrees,
-          .grid_coarsened = cell_bits < first_cell_bits};
+  return {
+      .representative = std::move(representative),
+      .chosen = {},
+      .blend = {},
+      .theta_degrees = node.normal.empty()
+                           ? 0
+                           : std::max(options_.theta.start_degrees, clustering.theta_reached()),
+      .grid = needs_grid ? cells_along(options_.grid, cell_bits, first_cell_bits - cell_bits) : 0,
+      .theta_relaxed = clustering.theta_reached() > options_.theta.start_degrees,
+      .grid_coarsened = cell_bits < first_cell_bits};
 }
 
 }  // namespace cairn::stages

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <queue>
 #include <unordered_map>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "formats/error.h"
 #include "stages/cluster/numbering.h"
 #include "stages/cluster/places.h"
+#include "stages/portable_log.h"
 
 namespace cairn::stages {
 namespace {
@@ -86,13 +88,14 @@ Cells fitting_cells(const NodeView& node, std::span<const Location> places, std:
     }
   double extent = *std::ranges::max_element(node.grid.step);
   for (std::size_t axis = 0; axis < 3; ++axis) extent = std::max(extent, high[axis] - low[axis]);
-  // One cell holds all; so narrow that their numbers just fit, the cells may be too many. Widths by their logarithm.
-  double widest = std::log2(extent) + 1, narrowest = widest - kCellBits + 1;
+  // Of the widest one cell holds all, of the narrowest a key still holds their numbers. Widths by their logarithm.
+  double widest = portable_log(2 * extent);
+  double narrowest = widest - (kCellBits - 1) * std::numbers::ln2;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (widest + narrowest) / 2;
-    (Cells(node, places, low, std::exp2(middle)).count() <= quota ? widest : narrowest) = middle;
+    (Cells(node, places, low, portable_exp(middle)).count() <= quota ? widest : narrowest) = middle;
   }
-  return Cells(node, places, low, std::exp2(widest));
+  return Cells(node, places, low, portable_exp(widest));
 }
 
 /// Into how many parts each cell is cut so that there are `quota`: again and again the cell with the largest parts.

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "stages/cluster/center_tree.h"
+#include "stages/cluster/pair_merge.h"
 
 namespace cairn::stages {
 
@@ -87,7 +87,7 @@ class Pass {
         representative_(representative),
         centers_(centers_of(node, places_, quota, representative)),
         tree_(centers_.place),
-        min_cosine_(static_cast<float>(std::cos(theta_degrees * std::numbers::pi / 180.0))) {}
+        min_cosine_(cosine_of_limit(theta_degrees)) {}
 
   void run() {
     std::vector<double> squares(representative_.size());

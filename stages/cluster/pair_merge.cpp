@@ -15,9 +15,6 @@ constexpr std::int32_t kIndexMask = kMaxListLength - 1;
 constexpr std::int32_t kBlocked = INT32_MAX;
 static_assert(std::has_single_bit(kMaxListLength));
 
-/// What relaxing theta adds to a cost at most, as a factor: costs stay finite.
-constexpr float kMostPenalty = 1e12F;
-
 /// Degrees by which theta grows at least, so that a factor close to 1 ends too.
 constexpr float kLeastRelaxation = 1;
 
@@ -47,13 +44,6 @@ std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_
   std::int32_t best = kBlocked;
   for (std::uint32_t j = 0; j < list.count; ++j) best = std::min(best, keys[j]);
   return best;
-}
-
-float cosine_of_limit(float theta_degrees) {
-  if (theta_degrees >= 180.0F) return -2.0F;
-  return static_cast<float>(
-             std::cos(static_cast<double>(theta_degrees) * std::numbers::pi / 180.0)) -
-         1e-6F;
 }
 
 void merge_into(MergeList& list, std::uint32_t a, std::uint32_t b) {
@@ -134,6 +124,13 @@ std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& pa
 
 }  // namespace
 
+float cosine_of_limit(float theta_degrees) {
+  if (theta_degrees >= 180.0F) return -2.0F;
+  return static_cast<float>(
+             std::cos(static_cast<double>(theta_degrees) * std::numbers::pi / 180.0)) -
+         1e-6F;
+}
+
 MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta) {
   MergeOutcome outcome;
   float theta_degrees = theta.start_degrees, penalty = 1;
@@ -144,7 +141,8 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
     if (found == 0) {
       theta_degrees = std::min(
           180.0F, std::max(theta_degrees * theta.relaxation, theta_degrees + kLeastRelaxation));
-      penalty = std::min(kMostPenalty, penalty * theta.relaxation * theta.relaxation);
+      const float relaxed = theta_degrees / std::max(theta.start_degrees, kLeastRelaxation);
+      penalty = relaxed * relaxed;
       min_cosine = cosine_of_limit(theta_degrees);
       continue;
     }

@@ -34,7 +34,7 @@ struct ThetaRule {
 struct Merge {
   std::uint32_t winner;
   std::uint32_t loser;
-  /// What the merge adds to the squared error, times the square of what theta was relaxed by. Not below the cost of a
+  /// What the merge adds to the squared error, times the square of how much larger theta is now than at first (than 1, if that is more). Not below the cost of a
   /// merge that it builds on: the cheapest merges of a list, or of several, can be done without the others.
   float cost;
   float theta_degrees;  ///< the threshold that it needed
@@ -44,6 +44,10 @@ struct MergeOutcome {
   std::array<Merge, kMaxListLength> merges;  ///< in the order in which they happened
   std::uint32_t count = 0;
 };
+
+/// The least cosine between normals that deviate by no more than this (0 to 180), with room for rounding: a normal agrees
+/// with itself, and with any where all are allowed.
+float cosine_of_limit(float theta_degrees);
 
 /// Shortens the list to `target` clusters (1 <= target <= count). Where no pair is within theta, theta
 /// is relaxed for this list alone. Deterministic: ties go to the smaller index.

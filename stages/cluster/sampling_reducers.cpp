@@ -31,6 +31,7 @@ std::vector<std::uint32_t> any_of(const NodeView& node, std::uint64_t quota) {
   std::vector<std::uint32_t> chosen;
   chosen.reserve(quota);
   for (std::uint64_t k = 0; k < quota; ++k) chosen.push_back(lots[k].second);
+  std::ranges::sort(chosen);  // selection leaves an order that is the library's own
   return chosen;
 }
 

@@ -64,7 +64,10 @@ class CellReduction {
                         nodes_.child_region(level, index, child, region, rules_.cell_of));
     });
     Entries all;
-    for (Entries& part : parts) all.insert(all.end(), part.begin(), part.end());
+    for (Entries& part : parts) {
+      all.insert(all.end(), part.begin(), part.end());
+      Entries().swap(part);
+    }
     return all;
   }
 

@@ -11,7 +11,7 @@
 #include "stages/filter/effect.h"
 #include "stages/filter/gain_solver.h"
 #include "stages/filter/lattice.h"
-#include "stages/filter/portable_log.h"
+#include "stages/portable_log.h"
 
 namespace cairn::stages {
 

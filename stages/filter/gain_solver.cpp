@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/SparseCholesky>
 
 namespace cairn::stages {
 
@@ -29,18 +29,21 @@ double Overlap::weighted_log_ratio() const { return static_cast<double>(log_rati
 
 std::vector<double> solve_log_gains(const Overlaps& overlaps, std::size_t scans) {
   const auto n = static_cast<Eigen::Index>(scans);
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
+  std::vector<Eigen::Triplet<double>> normal;  // those of one place add up
+  for (Eigen::Index i = 0; i < n; ++i) normal.emplace_back(i, i, 1.0);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
   for (const auto& [pair, overlap] : overlaps) {
     const Eigen::Index i = pair.first, j = pair.second;
-    normal(i, i) += overlap.weight();
-    normal(j, j) += overlap.weight();
-    normal(i, j) -= overlap.weight();
-    normal(j, i) -= overlap.weight();
+    normal.emplace_back(i, i, overlap.weight());
+    normal.emplace_back(j, j, overlap.weight());
+    normal.emplace_back(i, j, -overlap.weight());
+    normal.emplace_back(j, i, -overlap.weight());
     right(i) -= overlap.weighted_log_ratio();
     right(j) += overlap.weighted_log_ratio();
   }
-  const Eigen::VectorXd gains = normal.ldlt().solve(right);
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(normal.begin(), normal.end());
+  const Eigen::VectorXd gains = Eigen::SimplicialLDLT(matrix).solve(right);
   return {gains.begin(), gains.end()};
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "formats/checksum.h"
+#include "formats/dataset/effect_metadata.h"
 #include "formats/dataset/hilbert.h"
 #include "formats/error.h"
 #include "formats/wide_int.h"
@@ -36,8 +37,7 @@ void sort_along_curve(std::vector<GridPoint>& points, const GridBox& box) {
   keyed.reserve(points.size());
   for (const GridPoint& p : points) {
     const auto cell = [&](std::size_t axis) {
-      const std::int64_t inside = std::clamp(p[axis], box.min[axis], box.max[axis]);
-      return static_cast<std::uint16_t>((inside - box.min[axis]) >> shift);
+      return static_cast<std::uint16_t>((std::int64_t{p[axis]} - box.min[axis]) >> shift);
     };
     keyed.emplace_back(formats::hilbert_key(cell(0), cell(1), cell(2)), p);
   }
@@ -82,7 +82,10 @@ PointSample sample_of_level(const formats::DatasetReader& dataset, formats::Leve
 
 PointSample sample_of_scans(const Context& context, const formats::DatasetReader& dataset,
                             const RecordSource& scans, std::uint64_t wanted) {
-  const std::uint64_t points = dataset.header().points;
+  formats::ToldEffects
+      effects;  // where the metadata is broken, as without effects: the sample is larger then
+  if (formats::read_metadata_effects(dataset.metadata(), effects)) effects = {};
+  const std::uint64_t points = dataset.header().points + effects.removed;
   const Chooser chooser(wanted, points);
   // Sorting takes twice the points and their keys for a while.
   const std::uint64_t most = context.memory_bytes / 4 / (2 * sizeof(GridPoint) + 32);

@@ -42,8 +42,8 @@ PointSample sample_of_level(const formats::DatasetReader& dataset, formats::Leve
                             std::uint64_t wanted);
 
 /// About `wanted` of the points of the scans, on the dataset's grid, by a hash of their records: of records that are
-/// equal in all, all are taken or none. Held in memory, 12 bytes a point; throws Error (kUsage) where that is more
-/// than a quarter of the context's.
+/// equal in all, all are taken or none. Those that effects removed are among them. Held in memory, 56 bytes a point while
+/// they are sorted, 12 then; throws Error (kUsage) where that is more than a quarter of the context's.
 PointSample sample_of_scans(const Context& context, const formats::DatasetReader& dataset,
                             const RecordSource& scans, std::uint64_t wanted);
 

@@ -120,8 +120,7 @@ class SurfaceMeasure {
     error.overdraw = static_cast<double>(counts.covering) / count;
     error.factor_all = std::sqrt(counts.largest_need);
     // Needs that no factor meets rank behind all others.
-    const double share =
-        0.999 * count / static_cast<double>(std::max<std::uint64_t>(1, counts.finite_needs));
+    const double share = 0.999 * count / static_cast<double>(counts.finite_needs);
     error.factor_99_9 = share > 1 ? std::numeric_limits<double>::infinity()
                                   : std::min(counts.needs.quantile(share), error.factor_all);
     return error;

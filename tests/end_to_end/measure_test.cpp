@@ -108,6 +108,9 @@ TEST_F(Measure, AgainstItsScansPointsThatEffectsRemovedCount) {
   // What was removed has a kept point in its cell, so within the cell's diagonal.
   EXPECT_GT(measured["leaves"]["surface"]["nearest"]["largest"], 0);
   EXPECT_LE(measured["leaves"]["surface"]["nearest"]["largest"], 50 * std::sqrt(3.0));
+
+  const Json some = Json::parse(measure({"--json", "--sample", "500", "--against", scan}).out);
+  EXPECT_NEAR(some["leaves"]["surface"]["sampled"].get<double>(), 500, 5 * std::sqrt(500));
 }
 
 TEST_F(Measure, AgainstItsSceneItTellsHowFarPointsAreFromTheTrueSurface) {

@@ -296,6 +296,27 @@ TEST_F(ClusterTest, GivenGridOfEveryFinenessReachesTheQuota) {
   }
 }
 
+TEST_F(ClusterTest, CoincidentPointsOfNormalsThatAreNotQuiteUnitCollapseAtThetaZero) {
+  // 1/sqrt(3) as a float, squared and added up, is less than 1.
+  const float third = std::sqrt(1.0F / 3);
+  std::vector<InputPoint> input;
+  for (int i = 0; i < 64; ++i) input.push_back({{i / 2, 0, 0}, 0, 0, {third, third, third}});
+  const auto root = run(input, header_for(input.size(), 2, 32), "cluster",
+                        {.grid = 5, .theta = {0, 1.5F}, .refinement = 0})[0];
+  EXPECT_EQ(root.points.count(), 32U);
+  EXPECT_EQ(root.squared_error, 0);
+  EXPECT_EQ(root.grid, 0U) << "no grid was needed";
+}
+
+TEST_F(ClusterTest, AutoCountsPlacesAndNotPoints) {
+  // 16 times each of 64 places in a row: 1,024 points, of which 512 are asked for, then 32 of the places.
+  std::vector<InputPoint> input;
+  for (int i = 0; i < 1024; ++i) input.push_back({{i / 16 * 1000, 0, 0}, 0, 0, {0, 0, 1}});
+  const auto nodes = run(input, header_for(input.size(), 2, 32), "cluster", {});
+  EXPECT_EQ(nodes[0].points.count(), 32U);
+  for (const ClusteredNode& node : nodes) EXPECT_EQ(node.numerics.coarsened_grid, 0U);
+}
+
 TEST_F(ClusterTest, CancellingNormalsGiveTheHeaviestMembers) {
   std::vector<InputPoint> input;
   for (int i = 0; i < 64; ++i)

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "stages/filter/gain_solver.h"
-#include "stages/filter/portable_log.h"
+#include "stages/portable_log.h"
 #include "tests/support/filter_campaign.h"
 
 namespace cairn::stages {

@@ -254,6 +254,10 @@ TEST_F(MeasuredGeometry, SplatsWithoutExtentCoverAtNoFactor) {
   EXPECT_EQ(leaves.overdraw, 0.5);
   EXPECT_TRUE(std::isinf(leaves.factor_all));
   EXPECT_TRUE(std::isinf(leaves.factor_99_9));
+  const SurfaceError one =
+      measure_queries(path, {{origin[0] + 1, origin[1], origin[2]}}).leaves.surface.value();
+  EXPECT_TRUE(std::isinf(one.factor_all));
+  EXPECT_TRUE(std::isinf(one.factor_99_9));
 }
 
 TEST_F(MeasuredGeometry, SpacingOfALatticeDoesNotVary) {

@@ -132,6 +132,24 @@ TEST(MergePairs, RelaxesThetaOnlyAsFarAsNeeded) {
   EXPECT_NEAR(merge.cost, 0.5 * std::pow(1.5, 6), 1e-4);
 }
 
+TEST(MergePairs, EveryStepThatRelaxesThetaCosts) {
+  // A factor near 1 grows theta by a degree a round: what counts is how far it came.
+  MergeList list{};
+  list.count = 2;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    list.x[i] = static_cast<float>(i);
+    list.weight[i] = list.area[i] = 1;
+    list.ny[i] = i == 0 ? 1.0F : -1.0F;
+    list.id[i] = i;
+  }
+  for (const float start : {0.0F, 1.0F, 15.0F}) {
+    MergeList copy = list;
+    const Merge merge = merge_pairs(copy, 1, {start, 1.001F}).merges[0];
+    EXPECT_EQ(merge.theta_degrees, 180);
+    EXPECT_NEAR(merge.cost, 0.5 * std::pow(180 / std::max(start, 1.0F), 2), 0.001 * merge.cost);
+  }
+}
+
 TEST(MergePairs, MissingNormalsBlockNothing) {
   std::mt19937 random(5);
   MergeList list = random_list(random, 20, true);
