@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "formats/error.h"
 #include "pipeline/human.h"
+#include "pipeline/locked_folder.h"
 #include "pipeline/publish.h"
 #include "stages/parallel.h"
 
@@ -38,10 +40,17 @@ class PictureMeasurer {
   PictureReport run() {
     const std::uint64_t points = points_to_draw();  // throws where a budget cannot be
     for (const DrawMode& mode : options_.draw_modes) require_room(mode);
-    if (!options_.folder.empty()) make_folder();
+    std::optional<LockedFolder> work;
+    if (!options_.folder.empty()) {
+      require_free_place(options_.folder, /*force=*/false);
+      work.emplace(options_.folder.string() + ".work", "pictures in " + options_.folder.string());
+      folder_ = work->path() / "pictures";
+      make_folder();
+    }
     if (context_.progress != nullptr) context_.progress->begin("pictures", points);
     for (const DrawMode& mode : options_.draw_modes) measure(mode);
     if (context_.progress != nullptr) context_.progress->end();
+    if (work) publish_new(folder_, options_.folder);
     return std::move(report_);
   }
 
@@ -153,25 +162,26 @@ class PictureMeasurer {
   }
 
   void make_folder() const {
-    require_free_place(options_.folder, /*force=*/false);
     std::error_code error;
-    if (!std::filesystem::create_directory(options_.folder, error))
-      formats::throw_system("cannot make a folder", options_.folder, error.value());
+    if (!std::filesystem::create_directory(folder_, error))
+      formats::throw_system("cannot make a folder", folder_, error.value());
   }
 
   void write(const viewer::Picture& picture, const DrawnPicture& about,
              const std::string& what) const {
-    if (options_.folder.empty()) return;
+    if (folder_.empty()) return;
     const std::string budget =
         about.budget == SelectionLimits::kUnlimited ? "all" : std::to_string(about.budget);
     const std::string_view mode = about.draw ? name_of(*about.draw) : "auto";
-    write_png(picture, options_.folder /
-                           fmt::format("view{}_{}_{}{}.png", about.view + 1, mode, budget, what));
+    write_png(picture,
+              folder_ / fmt::format("view{}_{}_{}{}.png", about.view + 1, mode, budget, what));
   }
 
   const stages::Context& context_;
   const formats::DatasetReader& dataset_;
   const PictureOptions& options_;
+  std::filesystem::path
+      folder_;  ///< where pictures are written until all are there; empty: nowhere
   viewer::LodTree tree_;
   std::vector<viewer::View> views_;
   PictureReport report_;

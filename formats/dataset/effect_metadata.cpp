@@ -137,4 +137,9 @@ std::optional<DecodeError> read_metadata_effects(std::string_view text, ToldEffe
   return std::nullopt;
 }
 
+std::uint64_t points_before_effects(const DatasetHeader& header, std::string_view metadata) {
+  ToldEffects effects;
+  return read_metadata_effects(metadata, effects) ? header.points : header.points + effects.removed;
+}
+
 }  // namespace cairn::formats

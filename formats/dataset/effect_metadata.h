@@ -40,4 +40,7 @@ struct ToldEffects {
 [[nodiscard]] std::optional<DecodeError> read_metadata_effects(std::string_view text,
                                                                ToldEffects& effects);
 
+/// Points of the scans that could be kept: those that are, and those that effects removed (0 where the metadata is broken).
+std::uint64_t points_before_effects(const DatasetHeader& header, std::string_view metadata);
+
 }  // namespace cairn::formats

@@ -10,7 +10,7 @@
 #include "pipeline/commands/against_flags.h"
 #include "pipeline/commands/dataset_command.h"
 #include "pipeline/commands/picture_flags.h"
-#include "pipeline/commands/point_count.h"
+#include "pipeline/point_count.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/measure_report.h"

@@ -94,7 +94,9 @@ class StudyCommand : public Command {
     write_durably(options_.folder / "results.csv", results_csv(results));
     write_durably(options_.folder / "table.md", table);
     print_results(table);
-    const int found = conditions.empty() ? 0 : recommend(results, conditions);
+    const bool nothing_built = std::ranges::all_of(
+        results.results, [](const StudyResult& result) { return result.metrics.empty(); });
+    const int found = conditions.empty() || nothing_built ? 0 : recommend(results, conditions);
     return std::max(outcome.exit_code, found);
   }
 

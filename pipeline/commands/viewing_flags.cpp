@@ -4,7 +4,7 @@
 #include <charconv>
 
 #include "formats/error.h"
-#include "pipeline/commands/point_count.h"
+#include "pipeline/point_count.h"
 #include "pipeline/memory_budget.h"
 
 namespace cairn::pipeline {

@@ -79,6 +79,9 @@ constexpr auto kLevelMetricNames = [] {
   return names;
 }();
 
+/// More points than any dataset has.
+constexpr double kMostPlace = 1e15;
+
 /// A number with the factor that its suffix stands for; nothing for any other text.
 std::optional<double> number_before(std::string_view text, std::string_view suffix, double factor) {
   if (!text.ends_with(suffix)) return std::nullopt;
@@ -86,7 +89,7 @@ std::optional<double> number_before(std::string_view text, std::string_view suff
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  if (!(value > 0) || !std::isfinite(value * factor)) return std::nullopt;
+  if (!(value > 0) || value * factor > kMostPlace) return std::nullopt;
   return value * factor;
 }
 

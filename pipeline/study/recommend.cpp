@@ -14,9 +14,16 @@ Candidate judge(const StudyResults& results, const std::vector<Condition>& condi
                 const std::string& minimized, std::size_t setting) {
   Candidate candidate{.setting = setting, .meets = true};
   double logarithms = 0;
+  int counted = 0;
   for (const StudyResult& result : results.results) {
     if (result.setting != setting) continue;
-    logarithms += std::log(result.value(minimized).value_or(kInfinite));
+    // Of an input that is drawn from its leaves all settings have the error 0: it tells none from another.
+    const auto least = result.value(minimized);
+    candidate.meets = candidate.meets && least;
+    if (const double value = least.value_or(kInfinite); value > 0) {
+      logarithms += std::log(value);
+      ++counted;
+    }
     for (std::size_t c = 0; c < conditions.size(); ++c) {
       const auto value = result.failure.empty() ? result.value(conditions[c].metric) : std::nullopt;
       candidate.meets = candidate.meets && value && conditions[c].holds(*value);
@@ -27,7 +34,7 @@ Candidate judge(const StudyResults& results, const std::vector<Condition>& condi
       candidate.worst_condition = c;
     }
   }
-  candidate.cost = std::exp(logarithms / static_cast<double>(results.inputs.size()));
+  candidate.cost = counted == 0 ? 0 : std::exp(logarithms / counted);
   return candidate;
 }
 

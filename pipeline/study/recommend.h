@@ -14,9 +14,9 @@ namespace cairn::pipeline {
 /// One setting, judged on all inputs.
 struct Candidate {
   std::size_t setting = 0;  ///< into StudyResults::settings
-  bool meets = false;       ///< every condition on every input
-  /// Geometric mean over the inputs of what is minimized, so that each counts the same whatever its size or unit;
-  /// infinite where it is not known of one.
+  bool meets = false;  ///< every condition on every input, where also what is minimized is known
+  /// Geometric mean over the inputs, but those where it is 0, of what is minimized, so that each counts the same whatever
+  /// its size or unit; infinite where it is not known of one.
   double cost = 0;
   double excess =
       0;  ///< the greatest of its conditions and inputs; infinite where one is not known

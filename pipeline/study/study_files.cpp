@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "formats/checksum.h"
 #include "formats/part_file.h"
+#include "formats/random_access_file.h"
 #include "pipeline/json_number.h"
 #include "pipeline/run_json.h"
 
@@ -47,6 +49,13 @@ std::optional<Measured> measured_of(const Json& json) {
 }
 
 }  // namespace
+
+std::uint64_t program_checksum() {
+  const formats::RandomAccessFile program("/proc/self/exe");
+  std::vector<std::byte> bytes(program.size_bytes());
+  program.read_exactly(0, bytes);
+  return formats::checksum_of(bytes);
+}
 
 std::string read_text(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);

@@ -20,10 +20,13 @@ struct Measured {
 /// One build of one setting on one input.
 struct StudyRun {
   BuildReport build;
-  std::uint64_t points = 0;    ///< kept
+  std::uint64_t points = 0;    ///< of the input: those kept and those that effects removed
   std::uint64_t checksum = 0;  ///< of the dataset, see dataset_checksum
   std::optional<Measured> measured;
 };
+
+/// Of the program that runs: times and scans of another one are not to be put together with its own.
+std::uint64_t program_checksum();
 
 /// The bytes of a file; empty where there is none.
 std::string read_text(const std::filesystem::path& file);

@@ -39,7 +39,8 @@ void add_scene(const fs::path& file, formats::RunningChecksum& checksum) {
 std::string key_of(const StudyInput& input) {
   formats::RunningChecksum checksum;
   add_scene(*input.scene, checksum);
-  return fmt::format("{:016x} {}\n", checksum.value(), input.points.value_or(0));
+  return fmt::format("{:016x} {:016x} {}\n", program_checksum(), checksum.value(),
+                     input.points.value_or(0));
 }
 
 /// Beside the folder of an input's scans; tells what scene they were made of.
@@ -58,23 +59,18 @@ void simulate_once(const StudyInput& input, const fs::path& folder, unsigned thr
 
 }  // namespace
 
-std::vector<PreparedInput> prepare_inputs(const StudyFile& study, const fs::path& scans_folder,
-                                          unsigned threads, stages::ProgressSink& progress,
-                                          const std::stop_token& stop) {
-  std::vector<PreparedInput> inputs;
-  for (const StudyInput& input : study.inputs) {
-    PreparedInput prepared;
-    prepared.config = input.campaign;
-    if (input.folder) prepared.values["folder"] = {{input.folder->string()}, "folder"};
-    if (input.scans) prepared.values["scans"] = *input.scans;
-    if (input.scene) {
-      const fs::path folder = scans_folder / input.name;
-      simulate_once(input, folder, threads, progress, stop);
-      prepared.config = folder / "campaign.toml";
-    }
-    inputs.push_back(std::move(prepared));
+PreparedInput prepare_input(const StudyInput& input, const fs::path& scans_folder, unsigned threads,
+                            stages::ProgressSink& progress, const std::stop_token& stop) {
+  PreparedInput prepared;
+  prepared.config = input.campaign;
+  if (input.folder) prepared.values["folder"] = {{input.folder->string()}, "folder"};
+  if (input.scans) prepared.values["scans"] = *input.scans;
+  if (input.scene) {
+    const fs::path folder = scans_folder / input.name;
+    simulate_once(input, folder, threads, progress, stop);
+    prepared.config = folder / "campaign.toml";
   }
-  return inputs;
+  return prepared;
 }
 
 BuildOptions options_of(const PreparedInput& input, const StudySetting& setting) {

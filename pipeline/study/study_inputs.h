@@ -19,11 +19,10 @@ struct PreparedInput {
 };
 
 /// Scans of scenes are made in `scans_folder`, in a folder of the input's name, unless they stand there already, made
-/// of the same scene. Throws Error as reading and simulating the scene does, and Stopped.
-std::vector<PreparedInput> prepare_inputs(const StudyFile& study,
-                                          const std::filesystem::path& scans_folder,
-                                          unsigned threads, stages::ProgressSink& progress,
-                                          const std::stop_token& stop);
+/// of the same scene by the same program. Throws Error as reading and simulating the scene does, and Stopped.
+PreparedInput prepare_input(const StudyInput& input, const std::filesystem::path& scans_folder,
+                            unsigned threads, stages::ProgressSink& progress,
+                            const std::stop_token& stop);
 
 /// The options of one build; its output is still to be told. Throws Error as resolve_settings does.
 BuildOptions options_of(const PreparedInput& input, const StudySetting& setting);

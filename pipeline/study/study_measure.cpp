@@ -1,5 +1,6 @@
 #include "pipeline/study/study_measure.h"
 
+#include "formats/dataset/effect_metadata.h"
 #include "pipeline/measure_report.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/study/study_pictures.h"
@@ -19,11 +20,14 @@ Measured measure_study_dataset(const formats::DatasetReader& dataset,
   require_held(report);
   const std::uint64_t bytes = dataset.head().nodes_size_bytes + dataset.index_size_bytes() +
                               dataset.head().metadata_size_bytes;
-  const auto points = static_cast<double>(dataset.header().points);
-  Measured measured{.metrics = {{"bytes_per_point", static_cast<double>(bytes) / points},
-                                {"fanout", static_cast<double>(dataset.header().fanout)},
-                                {"levels", static_cast<double>(dataset.tree().leaf_level() + 1)}},
-                    .errors = error_curve(report)};
+  const auto points =
+      static_cast<double>(formats::points_before_effects(dataset.header(), dataset.metadata()));
+  Measured measured{
+      .metrics = {{"bytes_per_point", static_cast<double>(bytes) / points},
+                  {"points_kept", static_cast<double>(dataset.header().points)},
+                  {"tree_fanout", static_cast<double>(dataset.header().fanout)},
+                  {"tree_levels", static_cast<double>(dataset.tree().leaf_level() + 1)}},
+      .errors = error_curve(report)};
   if (pictures)
     for (Metric& metric : picture_metrics(measure_pictures(context, dataset, *pictures)))
       measured.metrics.push_back(std::move(metric));

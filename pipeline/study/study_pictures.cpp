@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/point_count.h"
+
 namespace cairn::pipeline {
 namespace {
 
@@ -42,9 +44,10 @@ std::optional<std::vector<std::uint64_t>> budgets_of(const toml::node& node) {
   const auto texts = some_texts(node);
   std::vector<std::uint64_t> budgets;
   for (const std::string& text : texts.value_or(std::vector<std::string>{})) {
-    const auto place = parse_place(text);
-    if (!place || place->unit != ErrorPlace::Unit::kPoints) return std::nullopt;
-    budgets.push_back(static_cast<std::uint64_t>(std::llround(place->value)));
+    const auto points = parse_count(text);
+    if (!points || points == kAllPoints || std::ranges::count(budgets, *points) != 0)
+      return std::nullopt;
+    budgets.push_back(*points);
   }
   return budgets.empty() ? std::nullopt : std::optional(budgets);
 }
@@ -53,8 +56,9 @@ std::optional<std::vector<DrawMode>> draw_modes_of(const toml::node& node) {
   const auto texts = some_texts(node);
   std::vector<DrawMode> modes;
   for (const std::string& text : texts.value_or(std::vector<std::string>{})) {
-    modes.push_back(viewer::primitive_named(text));
-    if (!modes.back() && text != "auto") return std::nullopt;
+    const DrawMode mode = viewer::primitive_named(text);
+    if ((!mode && text != "auto") || std::ranges::count(modes, mode) != 0) return std::nullopt;
+    modes.push_back(mode);
   }
   return modes.empty() ? std::nullopt : std::optional(modes);
 }
@@ -79,10 +83,13 @@ std::string budget_name(std::uint64_t budget) {
 
 PictureOptions read_pictures(CheckedTable table) {
   PictureOptions options{
-      .budgets = table.need("budgets", "an array of numbers of points such as \"200k\" or \"1M\"",
+      .budgets = table.need("budgets",
+                            "an array of different numbers of points such as \"200k\" or \"1M\"",
                             budgets_of)};
   options.draw_modes =
-      table.find("draw", "an array of auto, points, discs and splats", draw_modes_of)
+      table
+          .find("draw", "an array of some of auto, points, discs and splats, each once",
+                draw_modes_of)
           .value_or(options.draw_modes);
   options.size = table.find("size", "[width, height], pixels", size_of).value_or(options.size);
   table.finish();

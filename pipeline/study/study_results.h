@@ -37,7 +37,7 @@ struct StudyResult {
 struct StudyResults {
   struct Input {
     std::string name;
-    double points = 0;  ///< kept
+    double points = 0;  ///< kept and removed by effects
   };
   std::string name;
   std::uint64_t repetitions = 0;

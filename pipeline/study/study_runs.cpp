@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "formats/checksum.h"
+#include "formats/dataset/effect_metadata.h"
 #include "formats/error.h"
-#include "formats/random_access_file.h"
 #include "pipeline/build.h"
 #include "pipeline/failure.h"
 #include "pipeline/finished_build.h"
@@ -27,7 +27,7 @@ using formats::Error;
 using formats::ErrorKind;
 
 /// Goes up with every change of what runs hold.
-constexpr int kRunVersion = 1;
+constexpr int kRunVersion = 2;
 
 /// Stages told with the run that they are part of.
 class RunProgress : public stages::ProgressSink {
@@ -48,12 +48,12 @@ class RunProgress : public stages::ProgressSink {
 
 /// Times of another program or another machine are not to be put together with these.
 std::string circumstances(unsigned threads) {
-  const formats::RandomAccessFile program("/proc/self/exe");
-  std::vector<std::byte> bytes(program.size_bytes());
-  program.read_exactly(0, bytes);
-  return fmt::format("{} {:016x} {} {}", kRunVersion, formats::checksum_of(bytes), threads,
+  return fmt::format("{} {:016x} {} {}", kRunVersion, program_checksum(), threads,
                      machine_json().dump());
 }
+
+/// In each folder of a study: that it is one.
+constexpr const char* kMark = "cairn-study";
 
 fs::path made_folder(const fs::path& folder) {
   fs::create_directory(folder);
@@ -62,9 +62,10 @@ fs::path made_folder(const fs::path& folder) {
 
 /// Throws kUsage for a folder that is the user's.
 void claim_folder(const fs::path& folder) {
-  if (fs::exists(folder) && !fs::exists(folder / "runs") && !fs::is_empty(folder))
+  if (fs::exists(folder) && !fs::exists(folder / kMark) && !fs::is_empty(folder))
     formats::throw_usage(folder.string() + " exists and is not the folder of a study");
   made_folder(folder);
+  write_durably(folder / kMark, "Made by cairn study, which goes on with what is here.\n");
   made_folder(folder / "runs");
 }
 
@@ -80,8 +81,7 @@ class Study {
         progress_(progress),
         stop_(std::move(stop)) {
     progress_.name_run("scans");
-    inputs_ = prepare_inputs(study, made_folder(options.folder / "scans"), options.threads,
-                             progress_, stop_);
+    for (const StudyInput& input : study.inputs) add_input(input);
     for (std::size_t s = 0; s < study.settings.size(); ++s)
       for (std::size_t i = 0; i < study.inputs.size(); ++i) add_cell(i, s);
   }
@@ -98,17 +98,48 @@ class Study {
   }
 
  private:
+  /// What `action` throws, told as the failure of `name`; empty if nothing.
+  template <typename Action>
+  std::string failure_of(const std::string& name, const Action& action) {
+    try {
+      action();
+      return {};
+    } catch (const stages::Stopped&) {
+      throw;
+    } catch (const std::exception& error) {
+      outcome_.exit_code = std::max(outcome_.exit_code, report_failure(name));
+      return error.what();
+    }
+  }
+
+  void add_input(const StudyInput& input) {
+    inputs_.emplace_back();
+    input_failures_.push_back(failure_of(input.name, [&] {
+      inputs_.back() = prepare_input(input, made_folder(options_.folder / "scans"),
+                                     options_.threads, progress_, stop_);
+    }));
+  }
+
   void add_cell(std::size_t input, std::size_t setting) {
-    BuildOptions build = options_of(inputs_[input], study_.settings[setting]);
+    outcome_.cells.push_back({.input = input, .setting = setting, .runs = {}, .failure = {}});
+    builds_.emplace_back();
+    keys_.emplace_back();
+    StudyCell& cell = outcome_.cells.back();
+    cell.failure = input_failures_[input];
+    if (cell.failure.empty())
+      cell.failure = failure_of(name_of(cell), [&] { prepare_build(cell); });
+  }
+
+  void prepare_build(const StudyCell& cell) {
+    BuildOptions build = options_of(inputs_[cell.input], study_.settings[cell.setting]);
     build.output = work_.path() / "dataset.cairn";
     build.threads = options_.threads;
     build.fresh = true;  // what another build has begun would take less time
     build.resumable = false;
     const std::string all =
         fmt::format("{} {} {}", job_keys(build).publish, build.memory_bytes, circumstances_);
-    keys_.push_back(formats::checksum_of(std::as_bytes(std::span(all))));
-    builds_.push_back(std::move(build));
-    outcome_.cells.push_back({.input = input, .setting = setting, .runs = {}, .failure = {}});
+    keys_.back() = formats::checksum_of(std::as_bytes(std::span(all)));
+    builds_.back() = std::move(build);
   }
 
   std::string name_of(const StudyCell& cell) const {
@@ -121,21 +152,19 @@ class Study {
     const fs::path file =
         options_.folder / "runs" / fmt::format("{:016x}-{}.json", keys_[index], repetition);
     try {
-      auto run = read_run(file, keys_[index]);
-      if (!run) {
-        run = run_one(index);
+      cell.failure = failure_of(name_of(cell), [&] {
+        auto run = read_run(file, keys_[index]);
+        const bool is_new = !run;
+        if (is_new) run = run_one(index);
         require_same_dataset(cell, *run);
-        write_run(file, keys_[index], *run);
-      }
-      cell.runs.push_back(std::move(*run));
+        if (is_new) write_run(file, keys_[index], *run);
+        cell.runs.push_back(std::move(*run));
+      });
     } catch (const stages::Stopped&) {
       tell_note(fmt::format(
           "{} of {} runs are done and kept in {}: the same command goes on with them", done_,
           study_.repetitions * outcome_.cells.size(), (options_.folder / "runs").string()));
       throw;
-    } catch (const std::exception& error) {
-      cell.failure = error.what();
-      outcome_.exit_code = std::max(outcome_.exit_code, report_failure(name_of(cell)));
     }
   }
 
@@ -148,7 +177,7 @@ class Study {
     StudyRun run{.build = build(options, progress_, stop_)};
     run.checksum = dataset_checksum(options.output);
     const auto dataset = formats::DatasetReader::open(options.output);
-    run.points = dataset.header().points;
+    run.points = formats::points_before_effects(dataset.header(), dataset.metadata());
     if (cell.measured() == nullptr)
       run.measured =
           measure_study_dataset(dataset, study_.pictures, options_.threads, progress_, stop_);
@@ -168,7 +197,8 @@ class Study {
 
   void keep(const fs::path& dataset, const std::string& name) const {
     const fs::path place = made_folder(options_.folder / "datasets") / (name + ".cairn");
-    if (!fs::exists(place)) fs::rename(dataset, place);
+    fs::remove_all(place);
+    fs::rename(dataset, place);
   }
 
   const StudyFile& study_;
@@ -178,9 +208,10 @@ class Study {
   RunProgress progress_;
   std::stop_token stop_;
   std::vector<PreparedInput> inputs_;
-  std::vector<BuildOptions> builds_;  ///< of each cell
-  std::vector<std::uint64_t> keys_;   ///< of each cell
-  std::uint64_t done_ = 0;            ///< runs
+  std::vector<std::string> input_failures_;  ///< empty of those that are ready
+  std::vector<BuildOptions> builds_;         ///< of each cell
+  std::vector<std::uint64_t> keys_;          ///< of each cell
+  std::uint64_t done_ = 0;                   ///< runs
   StudyOutcome outcome_;
 };
 

@@ -36,10 +36,10 @@ struct StudyOutcome {
 };
 
 /// Every second repetition runs backwards, so that of an even drift nothing is left in the mean. Each finished run is
-/// kept in FOLDER/runs under a key of settings, scans, program and machine, and not run again; a build that was under
-/// way starts over, since its time is measured. What fails is told and noted in its cell, and not tried again in this
-/// study; datasets of two repetitions that are not the same bytes are such a failure. Throws Error for a study that
-/// cannot begin, and Stopped.
+/// kept in FOLDER/runs under a key of settings, scans, program, machine, memory, threads and pictures, and not run
+/// again; a build that was under way starts over, since its time is measured. What fails is told and noted in its cell,
+/// that of an input in all of its cells, and not tried again in this study; datasets of two repetitions that are not the
+/// same bytes are such a failure. Throws Error for a folder that is the user's, and Stopped.
 StudyOutcome run_study(const StudyFile& study, const StudyOptions& options,
                        stages::ProgressSink& progress, const std::stop_token& stop);
 

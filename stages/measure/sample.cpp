@@ -82,10 +82,7 @@ PointSample sample_of_level(const formats::DatasetReader& dataset, formats::Leve
 
 PointSample sample_of_scans(const Context& context, const formats::DatasetReader& dataset,
                             const RecordSource& scans, std::uint64_t wanted) {
-  formats::ToldEffects
-      effects;  // where the metadata is broken, as without effects: the sample is larger then
-  if (formats::read_metadata_effects(dataset.metadata(), effects)) effects = {};
-  const std::uint64_t points = dataset.header().points + effects.removed;
+  const std::uint64_t points = formats::points_before_effects(dataset.header(), dataset.metadata());
   const Chooser chooser(wanted, points);
   // Sorting takes twice the points and their keys for a while.
   const std::uint64_t most = context.memory_bytes / 4 / (2 * sizeof(GridPoint) + 32);

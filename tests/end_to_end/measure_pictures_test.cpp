@@ -66,6 +66,7 @@ TEST_F(MeasurePictures, AreThoseThatRenderDraws) {
   const Json told =
       pictures({"--budget", "1k", "--draw", "points", camera, "--pictures", file("p")});
   EXPECT_EQ(told["errors"].size(), 1U);
+  EXPECT_FALSE(std::filesystem::exists(file("p.work")));
   const Json rendered = render("r.png", {"--budget", "1k", "--draw", "points", camera});
   EXPECT_EQ(told["errors"][0]["points"], rendered["points"]);
   EXPECT_EQ(told["views"][0], rendered["camera"]);

@@ -2,6 +2,8 @@
 // build.
 #include <csignal>
 #include <map>
+#include <set>
+#include <sstream>
 
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/tiny_scans.h"
@@ -165,6 +167,51 @@ TEST_F(Study, WhatFailsIsToldAndDoesNotLoseTheOthers) {
   EXPECT_TRUE(all[2]["failure"].is_string());
 }
 
+TEST_F(Study, AnInputThatCannotBeReadDoesNotLoseTheOthers) {
+  const std::string file =
+      folder_.write("s.toml",
+                    "repetitions = 1\n[[input]]\nname = \"gone\"\ncampaign = \"gone.toml\"\n"
+                    "[[input]]\nname = \"small\"\nscans = [\"small.las\"]\n"
+                    "[[input]]\nname = \"none\"\nscans = [\"no*.las\"]\n"
+                    "[settings]\nnode_points = 300\n[sweep]\nfanout = [3, 4, 64]\n");
+  const Outcome outcome = run(file);
+  EXPECT_GT(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("gone"), HasSubstr("none, fanout 3: ")));
+  const Json all = result_file()["results"];
+  ASSERT_EQ(all.size(), 9U);
+  for (const Json& result : all)
+    EXPECT_EQ(result["failure"].is_null(), result["input"] == "small") << result["failure"];
+  // Of all that failed there is nothing to recommend: their code is the answer.
+  const std::string gone =
+      folder_.write("g.toml", "[[input]]\nname = \"gone\"\nscans = [\"gone.las\"]\n");
+  fs::remove_all(results());
+  const Outcome failed = run(gone, {"--recommend", "rms <= 1"});
+  EXPECT_EQ(failed.exit_code, 4) << failed.err;
+}
+
+TEST_F(Study, NoTwoColumnsOfTheTableHaveOneName) {
+  const std::string file = folder_.write(
+      "s.toml",
+      "repetitions = 1\n[[input]]\nname = \"small\"\nscans = [\"small.las\"]\n"
+      "[settings]\nnode_points = 300\n[sweep]\nfanout = [3, \"auto\"]\nthin = [1, 50]\n");
+  ASSERT_EQ(run(file).exit_code, 0);
+  const std::string header = lines_of(read_text(fs::path(results()) / "results.csv"))[0];
+  std::set<std::string> names;
+  std::istringstream in(header);
+  for (std::string name; std::getline(in, name, ',');)
+    EXPECT_TRUE(names.insert(name).second) << name;
+  EXPECT_TRUE(names.contains("tree_fanout"));
+  // What thinning takes away was in the input all the same.
+  const Json all = result_file();
+  EXPECT_EQ(all["inputs"][0]["points"], 3000);
+  for (const Json& result : all["results"]) {
+    const Json& metrics = result["metrics"];
+    EXPECT_DOUBLE_EQ(metrics["build_s_per_M"]["median"],
+                     metrics["build_s"]["median"].get<double>() * 1e6 / 3000);
+    EXPECT_LE(metrics["points_kept"], 3000);
+  }
+}
+
 TEST_F(Study, ARecommendationIsWrittenAndBuilds) {
   const std::string file = study("repetitions = 1\nat = \"20%\"\n");
   const Outcome none = run(file, {"--recommend", "rms <= 1nm"});
@@ -225,7 +272,7 @@ TEST_F(Study, ASceneIsSimulatedOnce) {
 }
 
 TEST_F(Study, AFolderOfTheUsersIsNotTaken) {
-  folder_.write("out/precious.txt", "mine");
+  folder_.write("out/runs/precious.txt", "mine");
   const Outcome outcome = run(study());
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("is not the folder of a study"));

@@ -135,6 +135,10 @@ TEST(StudyFile, PicturesAreReadWithTheirLines) {
   EXPECT_THAT(refusal("[pictures]\nbudgets = [\"1k\"]\ndraw = [\"art\"]\n"),
               HasSubstr("line 6: pictures: draw: found [the string \"art\"], expected"));
   EXPECT_THAT(refusal("[pictures]\nbudgets = [\"1k\"]\nsize = [0, 9]\n"), HasSubstr("line 6"));
+  for (const char* budgets : {"\"all\"", "\"1e30k\"", "\"0.0001k\"", "\"1k\", \"1000\""})
+    EXPECT_THAT(refusal(std::string("[pictures]\nbudgets = [") + budgets + "]\n"),
+                HasSubstr("line 5: pictures: budgets: found"));
+  EXPECT_THAT(refusal("at = \"1e30M\"\n"), HasSubstr("at"));
 }
 
 TEST(StudyFile, PlacesAreLevelsSharesOrPoints) {

@@ -45,6 +45,18 @@ std::vector<std::size_t> order_of(const std::vector<Candidate>& ranked) {
   return settings;
 }
 
+TEST(Recommend, WhatIsNotKnownOrTheSameForAllDecidesNothing) {
+  // The first input is drawn from its leaves: all have the error 0 there.
+  StudyResults results = results_of({{{0, 1}, {0, 1}, {0, 1}}, {{5, 1}, {3, 1}, {4, 1}}});
+  const Condition pace = parse_within("60s/1M");
+  EXPECT_THAT(order_of(rank_settings(results, {pace}, "rms")), ElementsAre(1, 2, 0));
+  // Of a tree of one level no error is known.
+  for (StudyResult& result : results.results)
+    if (result.input == 0) result.metrics.erase(result.metrics.begin());
+  for (const Candidate& candidate : rank_settings(results, {pace}, "rms"))
+    EXPECT_FALSE(candidate.meets);
+}
+
 TEST(Recommend, FindsWhatASearchOfAllSettingsFinds) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(1, 100);

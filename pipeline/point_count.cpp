@@ -1,4 +1,4 @@
-#include "pipeline/commands/point_count.h"
+#include "pipeline/point_count.h"
 
 #include <charconv>
 #include <cmath>

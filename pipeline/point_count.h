@@ -1,4 +1,4 @@
-// Numbers of points as flags take them.
+// Numbers of points as people write them.
 #pragma once
 
 #include <cstdint>
