@@ -4,8 +4,8 @@
 #include <charconv>
 
 #include "formats/error.h"
-#include "pipeline/point_count.h"
 #include "pipeline/memory_budget.h"
+#include "pipeline/point_count.h"
 
 namespace cairn::pipeline {
 namespace {
