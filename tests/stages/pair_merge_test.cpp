@@ -34,8 +34,9 @@ MergeList random_list(std::mt19937& random, std::uint32_t count, bool normals) {
 
 TEST(MergePairs, ReachesEveryTargetExactly) {
   std::mt19937 random(1);
-  for (std::uint32_t count = 1; count <= kMaxListLength; ++count)
-    for (std::uint32_t target = 1; target <= count; ++target) {
+  // Short lists all, of the longer ones some: 40, 67, ..., 256.
+  for (std::uint32_t count = 1; count <= kMaxListLength; count += count < 40 ? 1 : 27)
+    for (std::uint32_t target = 1; target <= count; target += count < 40 ? 1 : 13) {
       MergeList list = random_list(random, count, count % 2 == 0);
       const MergeOutcome outcome = merge_pairs(list, target, {});
       ASSERT_EQ(list.count, target);
