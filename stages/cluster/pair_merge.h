@@ -34,8 +34,9 @@ struct ThetaRule {
 struct Merge {
   std::uint32_t winner;
   std::uint32_t loser;
-  /// What the merge adds to the squared error, times the square of how much larger theta is now than at first (than 1, if that is more). Not below the cost of a
-  /// merge that it builds on: the cheapest merges of a list, or of several, can be done without the others.
+  /// What the merge adds to the squared error, times the square of how many times theta is what it was at first (of
+  /// one degree, if that is more). Not below the cost of a merge that it builds on: the cheapest merges of a list, or
+  /// of several, can be done without the others.
   float cost;
   float theta_degrees;  ///< the threshold that it needed
 };

@@ -63,8 +63,7 @@ struct ErrorReport {
 };
 
 /// Memory: for each thread a path of decoded nodes from the root to a leaf, a cache of splats of a quarter of the context's,
-/// and the sample of scans. Throws Error: kInput where bytes are
-/// damaged, kSystem where reading fails; and Stopped.
+/// and the sample of scans. Throws Error: kInput where bytes are damaged, kSystem where reading fails; and Stopped.
 ErrorReport measure_dataset(const Context& context, const formats::DatasetReader& dataset,
                             const MeasureOptions& options);
 
