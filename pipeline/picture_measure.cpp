@@ -43,7 +43,8 @@ class PictureMeasurer {
     std::optional<LockedFolder> work;
     if (!options_.folder.empty()) {
       require_free_place(options_.folder, /*force=*/false);
-      work.emplace(options_.folder.string() + ".work", "pictures in " + options_.folder.string());
+      work.emplace(options_.folder.string() + ".pictures.work",
+                   "pictures in " + options_.folder.string());
       folder_ = work->path() / "pictures";
       make_folder();
     }

@@ -5,7 +5,7 @@
 
 namespace cairn::pipeline {
 
-std::optional<std::uint64_t> parse_count(const std::string& text) {
+std::optional<std::uint64_t> parse_count(std::string_view text) {
   if (text == "all") return kAllPoints;
   double number = 0;
   const char* end = text.data() + text.size();

@@ -139,7 +139,7 @@ SimulateReport simulate(const SceneFile& scene_file, const SimulateOptions& opti
                                 .progress = progress,
                                 .stop = stop};
   if (options.points) stages::scale_to_points(context, *options.points, scene.effects, scene.scene);
-  const LockedFolder work(output.string() + ".work", "simulation of " + output.string());
+  const LockedFolder work(output.string() + ".scans.work", "simulation of " + output.string());
   const fs::path folder = make_folder(work.path() / "campaign");
   std::uint64_t rays = 0;
   for (const stages::Station& station : scene.scene.stations) rays += station.raster.rays();

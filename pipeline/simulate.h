@@ -34,7 +34,7 @@ struct SimulateReport {
 };
 
 /// Makes `output` with a scan a station, NAME.ply or NAME.las; poses.tsv, which tells where the stations stood;
-/// and campaign.toml, for `cairn build`, whose dataset stands beside the folder. All is made in OUTPUT.work and
+/// and campaign.toml, for `cairn build`, whose dataset stands beside the folder. All is made in OUTPUT.scans.work and
 /// appears in one step. Throws Error: kUsage if something stands at `output` and `force` is not given, or if it is
 /// no folder that simulate made; kInput if no ray of a station hits anything; kSystem as the disk does.
 SimulateReport simulate(const SceneFile& scene, const SimulateOptions& options,

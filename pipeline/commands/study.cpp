@@ -113,7 +113,7 @@ class StudyCommand : public Command {
     const std::string minimized = within_.empty() ? kPace : "rms";
     const std::vector<Candidate> ranked = rank_settings(results, conditions, minimized);
     if (!ranked.front().meets) {
-      fail(nothing_found(results, conditions, ranked), formats::ErrorKind::kUsage);
+      fail(nothing_found(results, conditions, minimized, ranked), formats::ErrorKind::kUsage);
       return kNothingFound;
     }
     const std::string text = recommendation_toml(results, conditions, minimized, ranked);

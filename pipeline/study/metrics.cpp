@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "pipeline/human.h"
+#include "pipeline/point_count.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -79,9 +80,6 @@ constexpr auto kLevelMetricNames = [] {
   return names;
 }();
 
-/// More points than any dataset has.
-constexpr double kMostPlace = 1e15;
-
 /// A number with the factor that its suffix stands for; nothing for any other text.
 std::optional<double> number_before(std::string_view text, std::string_view suffix, double factor) {
   if (!text.ends_with(suffix)) return std::nullopt;
@@ -89,8 +87,7 @@ std::optional<double> number_before(std::string_view text, std::string_view suff
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  if (!(value > 0) || value * factor > kMostPlace) return std::nullopt;
-  return value * factor;
+  return value > 0 ? std::optional(value * factor) : std::nullopt;
 }
 
 /// The leaves, then the levels above them.
@@ -137,8 +134,11 @@ std::optional<ErrorPlace> parse_place(std::string_view text) {
   using enum ErrorPlace::Unit;
   if (const auto share = number_before(text, "%", 0.01))
     return *share <= 1 ? std::optional<ErrorPlace>({kShare, *share}) : std::nullopt;
-  if (const auto points = number_before(text, "k", 1e3)) return ErrorPlace{kPoints, *points};
-  if (const auto points = number_before(text, "M", 1e6)) return ErrorPlace{kPoints, *points};
+  if (text.ends_with('k') || text.ends_with('K') || text.ends_with('M')) {
+    const auto points = parse_count(text);
+    return points ? std::optional<ErrorPlace>({kPoints, static_cast<double>(*points)})
+                  : std::nullopt;
+  }
   const auto level = number_before(text, "", 1);
   if (!level || *level != std::floor(*level) || *level > 60) return std::nullopt;
   return ErrorPlace{kLevelsAboveLeaves, *level};

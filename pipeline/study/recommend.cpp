@@ -10,17 +10,33 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
+/// What 0 counts as beside values above 0, of the least of them.
+constexpr double kShareOfLeast = 1e-3;
+
+/// For each input what 0 counts as there; 0 if no setting has more. Of an input that is drawn from its leaves all settings
+/// have the error 0, which tells none from another.
+std::vector<double> floors_of(const StudyResults& results, const std::string& minimized) {
+  std::vector<double> floors(results.inputs.size());
+  for (const StudyResult& result : results.results)
+    if (const double value = kShareOfLeast * result.value(minimized).value_or(0); value > 0) {
+      double& floor = floors[result.input];
+      floor = floor > 0 ? std::min(floor, value) : value;
+    }
+  return floors;
+}
+
 Candidate judge(const StudyResults& results, const std::vector<Condition>& conditions,
-                const std::string& minimized, std::size_t setting) {
-  Candidate candidate{.setting = setting, .meets = true};
+                const std::string& minimized, const std::vector<double>& floors,
+                std::size_t setting) {
+  Candidate candidate{.setting = setting, .meets = true, .unknown_input = {}};
   double logarithms = 0;
   int counted = 0;
   for (const StudyResult& result : results.results) {
     if (result.setting != setting) continue;
-    // Of an input that is drawn from its leaves all settings have the error 0: it tells none from another.
-    const auto least = result.value(minimized);
-    candidate.meets = candidate.meets && least;
-    if (const double value = least.value_or(kInfinite); value > 0) {
+    const auto cost = result.value(minimized);
+    candidate.meets = candidate.meets && cost;
+    if (!cost) candidate.unknown_input = result.input;
+    if (const double value = std::max(cost.value_or(kInfinite), floors[result.input]); value > 0) {
       logarithms += std::log(value);
       ++counted;
     }
@@ -43,12 +59,13 @@ Candidate judge(const StudyResults& results, const std::vector<Condition>& condi
 std::vector<Candidate> rank_settings(const StudyResults& results,
                                      const std::vector<Condition>& conditions,
                                      const std::string& minimized) {
+  const std::vector<double> floors = floors_of(results, minimized);
   std::vector<Candidate> ranked;
   for (std::size_t s = 0; s < results.settings.size(); ++s)
-    ranked.push_back(judge(results, conditions, minimized, s));
+    ranked.push_back(judge(results, conditions, minimized, floors, s));
   std::stable_sort(ranked.begin(), ranked.end(), [](const Candidate& a, const Candidate& b) {
     const auto order = [](const Candidate& c) {
-      return std::tuple(!c.meets, c.meets ? c.cost : c.excess);
+      return std::tuple(!c.meets, !c.meets && c.unknown_input, c.meets ? c.cost : c.excess);
     };
     return order(a) < order(b);
   });

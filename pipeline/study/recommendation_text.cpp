@@ -67,22 +67,36 @@ std::string measured_lines(const StudyResults& results, const Condition& conditi
   return text;
 }
 
+/// Why a setting is not recommended: "rms 2.4 on input1".
+std::string shortcoming(const StudyResults& results, const std::vector<Condition>& conditions,
+                        const std::string& minimized, const Candidate& candidate) {
+  const bool unknown = candidate.unknown_input.has_value();
+  const std::size_t input = unknown ? *candidate.unknown_input : candidate.worst_input;
+  const std::string& metric = unknown ? minimized : conditions[candidate.worst_condition].metric;
+  const auto value = result_of(results, input, candidate.setting).value(metric);
+  return fmt::format("{} {} on {}", metric, text_of(value), results.inputs[input].name);
+}
+
 std::string others(const StudyResults& results, const std::vector<Condition>& conditions,
-                   const std::vector<Candidate>& ranked) {
+                   const std::string& minimized, const std::vector<Candidate>& ranked) {
   std::string text = ranked.size() > 1 ? "#\n# Other settings:\n" : "";
   for (std::size_t i = 1; i < ranked.size() && i <= kMostOthers; ++i) {
     const Candidate& other = ranked[i];
-    const Condition& condition = conditions[other.worst_condition];
-    const auto value = result_of(results, other.worst_input, other.setting).value(condition.metric);
     text += fmt::format("#   {:<32} {:>8}   ", results.settings[other.setting].label,
                         std::isfinite(other.cost) ? significant(other.cost, 3) : "-");
-    text += other.meets ? "meets all\n"
-                        : fmt::format("no: {} {} on {}\n", condition.metric, text_of(value),
-                                      results.inputs[other.worst_input].name);
+    text += other.meets
+                ? "meets all\n"
+                : fmt::format("no: {}\n", shortcoming(results, conditions, minimized, other));
   }
   if (ranked.size() > kMostOthers + 1)
     text += fmt::format("#   and {} more\n", ranked.size() - 1 - kMostOthers);
   return text;
+}
+
+bool has_zero(const StudyResults& results, const std::string& minimized, std::size_t setting) {
+  return std::ranges::any_of(results.results, [&](const StudyResult& result) {
+    return result.setting == setting && result.value(minimized) == 0.0;
+  });
 }
 
 }  // namespace
@@ -104,10 +118,11 @@ std::string recommendation_toml(const StudyResults& results,
                         measured_lines(results, condition, best.setting));
   text += fmt::format(
       "#\n# Of the settings that meet this on all inputs it has the least {}:\n"
-      "# {}, the geometric mean over the inputs. Times are medians of {} with {}.\n",
+      "# {}, the geometric mean over the inputs{}. Times are medians of {} with {}.\n",
       minimized_words(minimized), significant(best.cost, 3),
+      has_zero(results, minimized, best.setting) ? " where it is above 0 with some setting" : "",
       count_of(results.repetitions, "repetition"), count_of(results.threads, "thread"));
-  text += others(results, conditions, ranked);
+  text += others(results, conditions, minimized, ranked);
   text +=
       "#\n# Errors and sizes go with the density of the scans, times with the machine and about "
       "with "
@@ -120,14 +135,16 @@ std::string recommendation_toml(const StudyResults& results,
 }
 
 std::string nothing_found(const StudyResults& results, const std::vector<Condition>& conditions,
-                          const std::vector<Candidate>& ranked) {
+                          const std::string& minimized, const std::vector<Candidate>& ranked) {
   const Candidate& nearest = ranked.front();
-  const Condition& condition = conditions[nearest.worst_condition];
-  const auto value =
-      result_of(results, nearest.worst_input, nearest.setting).value(condition.metric);
-  return fmt::format("no setting meets '{}' on all inputs; nearest is '{}', with {} {} on {}",
-                     condition.text, results.settings[nearest.setting].label, condition.metric,
-                     text_of(value), results.inputs[nearest.worst_input].name);
+  const std::string words = shortcoming(results, conditions, minimized, nearest);
+  if (nearest.unknown_input)
+    return fmt::format(
+        "nothing can be recommended, since with every setting {} is not known of some input: {}",
+        minimized, words);
+  return fmt::format("no setting meets '{}' on all inputs; nearest is '{}', with {}",
+                     conditions[nearest.worst_condition].text,
+                     results.settings[nearest.setting].label, words);
 }
 
 }  // namespace cairn::pipeline

@@ -53,19 +53,28 @@ std::string circumstances(unsigned threads) {
 }
 
 /// In each folder of a study: that it is one.
-constexpr const char* kMark = "cairn-study";
+constexpr std::string_view kMark = "cairn-study";
 
 fs::path made_folder(const fs::path& folder) {
   fs::create_directory(folder);
   return folder;
 }
 
+/// Whether all that is in a folder is the mark, or what a killed study left of it.
+bool holds_nothing_else(const fs::path& folder) {
+  return std::ranges::all_of(fs::directory_iterator(folder), [](const fs::directory_entry& entry) {
+    return entry.path().filename().string().starts_with(kMark);
+  });
+}
+
 /// Throws kUsage for a folder that is the user's.
 void claim_folder(const fs::path& folder) {
-  if (fs::exists(folder) && !fs::exists(folder / kMark) && !fs::is_empty(folder))
-    formats::throw_usage(folder.string() + " exists and is not the folder of a study");
   made_folder(folder);
-  write_durably(folder / kMark, "Made by cairn study, which goes on with what is here.\n");
+  if (!fs::exists(folder / kMark)) {
+    if (!holds_nothing_else(folder))
+      formats::throw_usage(folder.string() + " exists and is not the folder of a study");
+    write_durably(folder / kMark, "Made by cairn study, which goes on with what is here.\n");
+  }
   made_folder(folder / "runs");
 }
 

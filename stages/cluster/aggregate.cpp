@@ -6,6 +6,7 @@
 
 #include "formats/error.h"
 #include "formats/scalar_value.h"
+#include "stages/cluster/normals.h"
 #include "stages/cluster/splat_radius.h"
 
 namespace cairn::stages {
@@ -193,7 +194,7 @@ class Aggregator {
     const double x = static_cast<double>(sum[0]), y = static_cast<double>(sum[1]),
                  z = static_cast<double>(sum[2]);
     const double length = std::sqrt(x * x + y * y + z * z);
-    if (!(length > 1e-3 * kNormalUnits * static_cast<double>(weight))) {
+    if (!(length > kCancelled * kNormalUnits * static_cast<double>(weight))) {
       out_.numerics.cancelled_normals += fallback == Normal{0, 0, 0} ? 0 : 1;
       return fallback;
     }

@@ -1,7 +1,7 @@
 // The clustering grid: cells are runs of the curve order that share the leading bits of their keys.
 // Based on: Goswami et al. 2010, procedure Representatives (Figure 4), whose cells of a K^3 grid these
 // are. A cell with more points than a list may have is cut into equal runs along the curve, so that the time
-// of merging, which grows with the square of a list's length, stays in bounds.
+// of merging, which grows with the square of a list's length (times its rounds, a few), stays in bounds.
 #pragma once
 
 #include <cstdint>

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "formats/error.h"
 
 namespace cairn::stages {
-namespace {
 
-/// None where the members share one place.
-std::optional<std::uint32_t> longest_axis(std::span<const Location> centers,
-                                          std::span<const std::uint32_t> members) {
+/// kNoAxis where the members share one place.
+std::uint32_t CenterTree::longest_axis(std::span<const Location> centers,
+                                       std::span<const std::uint32_t> members) {
   Location low = centers[members[0]], high = low;
   for (const std::uint32_t i : members)
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -23,11 +21,8 @@ std::optional<std::uint32_t> longest_axis(std::span<const Location> centers,
   std::uint32_t longest = 0;
   for (std::uint32_t axis = 1; axis < 3; ++axis)
     if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
-  if (high[longest] == low[longest]) return {};
-  return longest;
+  return high[longest] == low[longest] ? kNoAxis : longest;
 }
-
-}  // namespace
 
 CenterTree::CenterTree(std::span<const Location> centers) : order_(centers.size()) {
   CAIRN_CHECK(!centers.empty());
@@ -40,17 +35,16 @@ CenterTree::CenterTree(std::span<const Location> centers) : order_(centers.size(
 
 void CenterTree::build(const Part& part, std::span<const Location> centers) {
   const auto members = std::span(order_).subspan(part.first, part.last - part.first);
-  const auto axis = part.is_bucket() ? std::nullopt : longest_axis(centers, members);
-  if (!axis) {
+  const std::uint32_t axis = part.is_bucket() ? kNoAxis : longest_axis(centers, members);
+  if (axis == kNoAxis) {
     std::ranges::sort(members);  // selection leaves an order that is the library's own
-    if (!part.is_bucket()) planes_[part.node].axis = kNoAxis;
     return;
   }
   const auto middle = members.begin() + static_cast<std::ptrdiff_t>(members.size() / 2);
   std::nth_element(members.begin(), middle, members.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(centers[a][*axis], a) < std::pair(centers[b][*axis], b);
+    return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
   });
-  planes_[part.node] = {centers[*middle][*axis], *axis};
+  planes_[part.node] = {centers[*middle][axis], axis};
   build(part.left(), centers);
   build(part.right(), centers);
 }

@@ -38,10 +38,12 @@ class CenterTree {
     Part right() const { return {2 * node + 2, first + (last - first) / 2, last}; }
   };
   struct Plane {
-    double at;
-    std::uint32_t axis;  ///< kNoAxis: all at one place
+    double at = 0;
+    std::uint32_t axis = kNoAxis;  ///< that: all at one place
   };
 
+  static std::uint32_t longest_axis(std::span<const Location> centers,
+                                    std::span<const std::uint32_t> members);
   void build(const Part& part, std::span<const Location> centers);
 
   template <typename Visit>

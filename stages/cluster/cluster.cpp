@@ -25,6 +25,11 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
+/// Of the grids of two blocks, 0 where one needed none.
+std::uint32_t coarser_grid(std::uint32_t a, std::uint32_t b) {
+  return a == 0 || b == 0 ? std::max(a, b) : std::min(a, b);
+}
+
 /// The children's representatives, one block after the other, as the points of their parent.
 void append_block(WorkingNode& node, const WorkingNode& block) {
   append(node.data.position, block.data.position);
@@ -47,7 +52,7 @@ void append_block(WorkingNode& node, const WorkingNode& block) {
   node.weight += block.weight;
   node.digest += block.digest;
   node.theta = std::max(node.theta, block.theta);
-  node.grid = node.grid == 0 ? block.grid : std::min(node.grid, block.grid);
+  node.grid = coarser_grid(node.grid, block.grid);
   node.numerics.add(block.numerics);
 }
 

@@ -7,6 +7,7 @@
 #include "formats/error.h"
 #include "stages/cluster/cell_lists.h"
 #include "stages/cluster/lloyd.h"
+#include "stages/cluster/normals.h"
 #include "stages/cluster/numbering.h"
 
 namespace cairn::stages {
@@ -15,9 +16,6 @@ using formats::GridPoint;
 using formats::Normal;
 
 namespace {
-
-/// Sums of normals shorter than this share of their weight tell no direction.
-constexpr double kCancelled = 1e-3;
 
 /// A cluster on its way: known by the place on the curve of its first point.
 struct Cluster {
@@ -113,9 +111,9 @@ class Clustering {
   /// `quota` allows: if not all may go, every group gives its share.
   void collapse_coincident(std::uint64_t quota, float theta_degrees);
 
-  /// One round over all lists, of at most `longest` points, of the grid with `cell_bits`: the cheapest merges of all, until
-  /// `quota` clusters are left, or one in each list. No list is cut to less than half of what would be the longest if the longest was always shortened:
-  /// few points far from each other are all that a picture has there.
+  /// One round over all lists, of at most `longest` points, of the grid with `cell_bits`: the cheapest merges of all,
+  /// until `quota` clusters are left, or one in each list. No list is cut to less than half of what would be the longest
+  /// if the longest was always shortened: few points far from each other are all that a picture has there.
   void merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota, ThetaRule theta);
 
   float theta_reached() const { return theta_reached_; }
@@ -136,16 +134,10 @@ class Clustering {
 };
 
 void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
-  const double min_cosine = cosine_of_limit(theta_degrees);
+  const float min_cosine = cosine_of_limit(theta_degrees);
   const auto joins = [&](std::uint32_t first, std::uint32_t i) {
-    if (node_.position[node_.curve.order[first]] != node_.position[node_.curve.order[i]])
-      return false;
-    const Normal& a = clusters_[first].normal;
-    const Normal& b = clusters_[i].normal;
-    const double dot = double{a[0]} * b[0] + double{a[1]} * b[1] + double{a[2]} * b[2];
-    const bool both =
-        (a[0] != 0 || a[1] != 0 || a[2] != 0) && (b[0] != 0 || b[1] != 0 || b[2] != 0);
-    return !both || dot >= min_cosine;
+    return node_.position[node_.curve.order[first]] == node_.position[node_.curve.order[i]] &&
+           agreement(clusters_[first].normal, clusters_[i].normal) >= min_cosine;
   };
   std::vector<std::uint32_t> group_of(clusters_.size());  // first place of the group
   std::uint64_t possible = 0;
@@ -251,36 +243,48 @@ std::uint32_t cells_along(std::optional<std::uint32_t> grid, int cell_bits, int 
   return grid ? (*grid + (1U << joined) - 1) >> joined : 1U << cell_bits;
 }
 
+struct GridUse {
+  std::uint32_t cells = 0;  ///< along the longest axis of the coarsest grid; 0: no merging was left
+  bool coarsened = false;
+};
+
+/// Merges within cells until `quota` clusters are left. `given_cell_bits`: of the grid that options give, if they do.
+GridUse merge_in_grid(Clustering& clustering, int given_cell_bits, std::uint64_t quota,
+                      const ClusterOptions& options) {
+  if (clustering.count() <= quota) return {};
+  const int first_cell_bits = options.grid ? given_cell_bits : auto_cell_bits(clustering.keys());
+  const std::uint32_t longest_list = options.grid ? kMaxListLength : kAutoListLength;
+  int cell_bits = first_cell_bits;
+  while (true) {
+    clustering.merge_lists(cell_bits, longest_list, quota, options.theta);
+    if (clustering.count() <= quota) break;
+    cell_bits = std::max(0, cell_bits - 1);
+  }
+  return {.cells = cells_along(options.grid, cell_bits, first_cell_bits - cell_bits),
+          .coarsened = cell_bits < first_cell_bits};
+}
+
 }  // namespace
 
 Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) const {
   CAIRN_CHECK(quota >= 1 && quota <= node.position.size());
   Clustering clustering(node);
   clustering.collapse_coincident(quota, options_.theta.start_degrees);
-  const bool needs_grid = clustering.count() > quota;
-  const int first_cell_bits =
-      options_.grid ? node.curve.cell_bits : auto_cell_bits(clustering.keys());
-  const std::uint32_t longest_list = options_.grid ? kMaxListLength : kAutoListLength;
-  int cell_bits = first_cell_bits;
-  while (clustering.count() > quota) {
-    clustering.merge_lists(cell_bits, longest_list, quota, options_.theta);
-    if (clustering.count() > quota) cell_bits = std::max(0, cell_bits - 1);
-  }
+  const GridUse used = merge_in_grid(clustering, node.curve.cell_bits, quota, options_);
   std::vector<std::uint32_t> representative = clustering.cluster_of_points();
   number_along(node.curve.order, quota, representative);
   for (std::uint32_t pass = 0; pass < options_.refinement; ++pass)
     lloyd_pass(node, options_.theta.start_degrees, quota, representative);
   number_along(node.curve.order, quota, representative);
-  return {
-      .representative = std::move(representative),
-      .chosen = {},
-      .blend = {},
-      .theta_degrees = node.normal.empty()
-                           ? 0
-                           : std::max(options_.theta.start_degrees, clustering.theta_reached()),
-      .grid = needs_grid ? cells_along(options_.grid, cell_bits, first_cell_bits - cell_bits) : 0,
-      .theta_relaxed = clustering.theta_reached() > options_.theta.start_degrees,
-      .grid_coarsened = cell_bits < first_cell_bits};
+  return {.representative = std::move(representative),
+          .chosen = {},
+          .blend = {},
+          .theta_degrees = node.normal.empty()
+                               ? 0
+                               : std::max(options_.theta.start_degrees, clustering.theta_reached()),
+          .grid = used.cells,
+          .theta_relaxed = clustering.theta_reached() > options_.theta.start_degrees,
+          .grid_coarsened = used.coarsened};
 }
 
 }  // namespace cairn::stages

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "stages/cluster/center_tree.h"
-#include "stages/cluster/pair_merge.h"
+#include "stages/cluster/normals.h"
 
 namespace cairn::stages {
 
@@ -14,10 +14,6 @@ using formats::Normal;
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-bool is_direction(const Normal& n) { return n[0] != 0 || n[1] != 0 || n[2] != 0; }
-
-float dot(const Normal& a, const Normal& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 struct Centers {
   std::vector<Location> place;
@@ -44,7 +40,7 @@ Centers centers_of(const NodeView& node, const Places& places, std::uint64_t quo
     for (double& coordinate : centers.place[r]) coordinate /= weight[r];
   for (std::size_t r = 0; r < facing.size(); ++r) {
     const double length = std::sqrt(squared_distance(facing[r], {0, 0, 0}));
-    if (length <= 1e-3 * weight[r]) continue;
+    if (length <= kCancelled * weight[r]) continue;
     for (std::size_t axis = 0; axis < 3; ++axis)
       centers.normal[r][axis] = static_cast<float>(facing[r][axis] / length);
   }
@@ -107,11 +103,11 @@ class Pass {
   std::uint32_t nearest_center(std::uint32_t point, double own_square) const {
     const std::uint32_t own = representative_[point];
     const Normal normal = node_.normal.empty() ? Normal{0, 0, 0} : node_.normal[point];
-    const float least = std::min(min_cosine_, agreement(normal, own));
+    const float least = std::min(min_cosine_, agreement_with(own, normal));
     std::uint32_t best = own;
     double best_square = own_square;
     tree_.search(places_[point], best_square, [&](std::uint32_t r, double square) {
-      if (agreement(normal, r) >= least) {
+      if (agreement_with(r, normal) >= least) {
         best = r;
         best_square = square;
       }
@@ -120,11 +116,8 @@ class Pass {
     return best;
   }
 
-  /// The cosine between the normals, 1 where one is missing.
-  float agreement(const Normal& normal, std::uint32_t center) const {
-    if (centers_.normal.empty()) return 1;
-    const Normal& other = centers_.normal[center];
-    return is_direction(normal) && is_direction(other) ? dot(normal, other) : 1;
+  float agreement_with(std::uint32_t center, const Normal& normal) const {
+    return centers_.normal.empty() ? 1 : agreement(normal, centers_.normal[center]);
   }
 
   const NodeView& node_;

@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
+
+#include "stages/cluster/normals.h"
 
 namespace cairn::stages {
 namespace {
 
-/// Costs are compared as the bit patterns of non-negative floats, which order like the floats, with the
-/// lowest bits replaced by the partner's index: one integer minimum finds cost and partner, and ties are
-/// settled by the smaller index.
+/// Costs are compared as the bit patterns of non-negative floats, which order like the floats, with the lowest bits
+/// replaced by what the indices of the pair differ in (exclusive or): one integer minimum finds cost and partner. Both
+/// clusters of a pair see the same key, so that ties, too, leave pairs that choose each other: if they went to the smaller
+/// index, a row of points at equal distances would merge one pair a round.
 constexpr std::int32_t kIndexMask = kMaxListLength - 1;
 constexpr std::int32_t kBlocked = INT32_MAX;
 static_assert(std::has_single_bit(kMaxListLength));
@@ -20,7 +22,7 @@ constexpr float kLeastRelaxation = 1;
 
 using Keys = std::array<std::int32_t, kMaxListLength>;
 
-/// For cluster i the cheapest partner within the threshold, as a key, or kBlocked. Costs and the
+/// For cluster i the key of the pair with its cheapest partner within the threshold, or kBlocked. Costs and the
 /// threshold are the same seen from both clusters of a pair, bit by bit: otherwise partners could form a
 /// ring in which no two choose each other.
 std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_cosine) {
@@ -37,7 +39,7 @@ std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_
     // A missing normal makes both sides zero.
     const float limit = own * other > 0.25F ? min_cosine : -2.0F;
     const std::int32_t key =
-        (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | static_cast<std::int32_t>(j);
+        (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | static_cast<std::int32_t>(i ^ j);
     keys[j] = dot >= limit ? key : kBlocked;
   }
   keys[i] = kBlocked;
@@ -58,7 +60,7 @@ void merge_into(MergeList& list, std::uint32_t a, std::uint32_t b) {
   const float nz = wa * list.nz[a] + wb * list.nz[b];
   const float length = std::sqrt(nx * nx + ny * ny + nz * nz);
   // Cancelling normals keep the direction of the first.
-  if (length <= 1e-3F * w) return;
+  if (length <= static_cast<float>(kCancelled) * w) return;
   list.nx[a] = nx / length;
   list.ny[a] = ny / length;
   list.nz[a] = nz / length;
@@ -89,17 +91,18 @@ void remove_marked(MergeList& list, const std::array<bool, kMaxListLength>& remo
 
 std::uint32_t index_in(std::int32_t key) { return static_cast<std::uint32_t>(key & kIndexMask); }
 
+std::uint32_t partner_of(std::uint32_t i, const Keys& partner) { return i ^ index_in(partner[i]); }
+
 float cost_in(std::int32_t key) { return std::bit_cast<float>(key & ~kIndexMask); }
 
-/// The first pair of all: the cheapest, then the one of the smallest indices. Its smaller index, with the
+/// The first pair of all: the cheapest, then the one of the smallest index. Its smaller index, with the
 /// greater as its partner; requires that some cluster has a partner.
 std::uint32_t first_pair(const MergeList& list, Keys& partner) {
   const auto best = static_cast<std::uint32_t>(
       std::min_element(partner.begin(), partner.begin() + list.count) - partner.begin());
-  const std::uint32_t other = index_in(partner[best]);
-  if (best < other) return best;
-  partner[other] = (partner[best] & ~kIndexMask) | static_cast<std::int32_t>(best);
-  return other;
+  const std::uint32_t other = partner_of(best, partner);
+  partner[other] = partner[best];
+  return std::min(best, other);
 }
 
 /// Pairs that are each other's cheapest partner, as keys of (cost, first), ascending: at least one, unless
@@ -112,8 +115,8 @@ std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& pa
   for (std::uint32_t i = 0; i < list.count; ++i) {
     if (partner[i] == kBlocked) continue;
     blocked = false;
-    const std::uint32_t j = index_in(partner[i]);
-    if (j > i && partner[j] != kBlocked && index_in(partner[j]) == i)
+    const std::uint32_t j = partner_of(i, partner);
+    if (j > i && partner[j] != kBlocked && partner_of(j, partner) == i)
       pairs[found++] = (partner[i] & ~kIndexMask) | static_cast<std::int32_t>(i);
   }
   // Cannot happen while both sides see one cost; progress must not hang on how a compiler rounds.
@@ -124,13 +127,6 @@ std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& pa
 
 }  // namespace
 
-float cosine_of_limit(float theta_degrees) {
-  if (theta_degrees >= 180.0F) return -2.0F;
-  return static_cast<float>(
-             std::cos(static_cast<double>(theta_degrees) * std::numbers::pi / 180.0)) -
-         1e-6F;
-}
-
 MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta) {
   MergeOutcome outcome;
   float theta_degrees = theta.start_degrees, penalty = 1;
@@ -138,6 +134,7 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
   Keys partner, pairs;
   while (list.count > target) {
     const std::uint32_t found = reciprocal_pairs(list, min_cosine, partner, pairs);
+    ++outcome.rounds;
     if (found == 0) {
       theta_degrees = std::min(
           180.0F, std::max(theta_degrees * theta.relaxation, theta_degrees + kLeastRelaxation));
@@ -149,7 +146,7 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
     const std::uint32_t merging = std::min(found, list.count - target);
     std::array<bool, kMaxListLength> removed{};
     for (std::uint32_t k = 0; k < merging; ++k) {
-      const std::uint32_t a = index_in(pairs[k]), b = index_in(partner[a]);
+      const std::uint32_t a = index_in(pairs[k]), b = partner_of(a, partner);
       merge_into(list, a, b);
       list.cost[a] = std::max({cost_in(pairs[k]) * penalty, list.cost[a], list.cost[b]});
       removed[b] = true;

@@ -44,14 +44,12 @@ struct Merge {
 struct MergeOutcome {
   std::array<Merge, kMaxListLength> merges;  ///< in the order in which they happened
   std::uint32_t count = 0;
+  std::uint32_t rounds = 0;  ///< in which all pairs were looked at
 };
 
-/// The least cosine between normals that deviate by no more than this (0 to 180), with room for rounding: a normal agrees
-/// with itself, and with any where all are allowed.
-float cosine_of_limit(float theta_degrees);
-
 /// Shortens the list to `target` clusters (1 <= target <= count). Where no pair is within theta, theta
-/// is relaxed for this list alone. Deterministic: ties go to the smaller index.
+/// is relaxed for this list alone. Deterministic: of equal costs those count as less whose two indices have the smaller
+/// bitwise difference, then those of the smaller index.
 MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta);
 
 }  // namespace cairn::stages

@@ -1,5 +1,6 @@
 // What `cairn measure` tells of pictures.
 #include <algorithm>
+#include <csignal>
 #include <set>
 
 #include "tests/end_to_end/render_fixture.h"
@@ -66,7 +67,7 @@ TEST_F(MeasurePictures, AreThoseThatRenderDraws) {
   const Json told =
       pictures({"--budget", "1k", "--draw", "points", camera, "--pictures", file("p")});
   EXPECT_EQ(told["errors"].size(), 1U);
-  EXPECT_FALSE(std::filesystem::exists(file("p.work")));
+  EXPECT_FALSE(std::filesystem::exists(file("p.pictures.work")));
   const Json rendered = render("r.png", {"--budget", "1k", "--draw", "points", camera});
   EXPECT_EQ(told["errors"][0]["points"], rendered["points"]);
   EXPECT_EQ(told["views"][0], rendered["camera"]);
@@ -78,6 +79,16 @@ TEST_F(MeasurePictures, AreThoseThatRenderDraws) {
   for (std::size_t i = 0; i < a.size(); ++i)
     difference.push_back(static_cast<std::uint8_t>(std::min(255, 8 * std::abs(a[i] - b[i]))));
   EXPECT_EQ(picture("p/view1_points_1000_difference_x8.png").rgb, difference);
+}
+
+TEST_F(MeasurePictures, AppearInOneStep) {
+  const std::vector<std::string> command{"measure",    output(),  "--budget",   "1k",
+                                         "--pictures", file("p"), "--progress", "json"};
+  run_program(CAIRN_PROGRAM, command, SIGKILL, "\"begin\",\"stage\":\"pictures\"");
+  EXPECT_TRUE(std::filesystem::exists(file("p.pictures.work")));
+  EXPECT_FALSE(std::filesystem::exists(file("p")));
+  EXPECT_EQ(cairn(command).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(file("p/view5_auto_1000.png")));
 }
 
 TEST_F(MeasurePictures, ARowABudgetAndViewAndMeansOfThem) {

@@ -106,6 +106,7 @@ TEST_F(RoundTrip, ThePeakOfMemoryHoldsTheWorkersThatDecode) {
     const Json& stages = run.at("stages");
     const auto import =
         std::ranges::find(stages, "import", [](const Json& s) { return s.at("name"); });
+    if (import == stages.end()) throw std::runtime_error("run.json tells of no import");
     const auto peak = import->at("peak_memory_bytes").get<std::uint64_t>();
     EXPECT_GE(run.at("peak_memory_bytes").get<std::uint64_t>(), peak);
     return peak;

@@ -71,7 +71,7 @@ class Simulate : public ProgramTest {
   void expect_nothing_made(const Outcome& outcome, int exit_code) {
     expect_refusal(outcome, exit_code);
     EXPECT_FALSE(std::filesystem::exists(campaign()));
-    EXPECT_FALSE(std::filesystem::exists(campaign() + ".work"));
+    EXPECT_FALSE(std::filesystem::exists(campaign() + ".scans.work"));
   }
 };
 

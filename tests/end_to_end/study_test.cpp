@@ -271,6 +271,11 @@ TEST_F(Study, ASceneIsSimulatedOnce) {
   EXPECT_LT(result_file()["inputs"][0]["points"], before);
 }
 
+TEST_F(Study, KilledWhileItMarksItsFolderItGoesOn) {
+  folder_.write("out/cairn-study.1.part", "");
+  EXPECT_EQ(run(study()).exit_code, 0);
+}
+
 TEST_F(Study, AFolderOfTheUsersIsNotTaken) {
   folder_.write("out/runs/precious.txt", "mine");
   const Outcome outcome = run(study());

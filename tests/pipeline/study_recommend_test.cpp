@@ -57,6 +57,37 @@ TEST(Recommend, WhatIsNotKnownOrTheSameForAllDecidesNothing) {
     EXPECT_FALSE(candidate.meets);
 }
 
+TEST(Recommend, AnErrorOfZeroOnOneInputIsBetterThanAnyOther) {
+  // Setting 1 is drawn from its leaves on the first input; on the second it is a little better, too.
+  const StudyResults results = results_of({{{0.01, 1}, {0, 1}}, {{0.5, 1}, {0.48, 1}}});
+  const std::vector<Condition> conditions{parse_within("60s/1M")};
+  const auto ranked = rank_settings(results, conditions, "rms");
+  EXPECT_THAT(order_of(ranked), ElementsAre(1, 0));
+  EXPECT_NEAR(ranked[0].cost, std::sqrt(1e-5 * 0.48), 1e-12);
+  EXPECT_THAT(
+      recommendation_toml(results, conditions, "rms", ranked),
+      HasSubstr("the geometric mean over the inputs where it is above 0 with some setting."));
+}
+
+TEST(Recommend, WhatIsNotKnownIsToldAsSuch) {
+  // The second input has a tree of one level with every setting; both settings are within the time.
+  StudyResults results = results_of({{{5, 0.3}, {3, 0.2}}, {{1, 0.3}, {1, 0.2}}});
+  for (StudyResult& result : results.results)
+    if (result.input == 1) result.metrics.erase(result.metrics.begin());
+  const std::vector<Condition> conditions{parse_within("60s/1M")};
+  EXPECT_EQ(
+      nothing_found(results, conditions, "rms", rank_settings(results, conditions, "rms")),
+      "nothing can be recommended, since with every setting rms is not known of some input: rms "
+      "not known on input1");
+  // A setting that just misses the time is nearer than one of which nothing is known.
+  results.results[1].metrics[1].median = 61;
+  results.results[3].metrics.insert(results.results[3].metrics.begin(), {"rms", 1, 1, 1});
+  const auto ranked = rank_settings(results, conditions, "rms");
+  EXPECT_THAT(order_of(ranked), ElementsAre(1, 0));
+  EXPECT_THAT(nothing_found(results, conditions, "rms", ranked),
+              HasSubstr("nearest is 'theta 1', with build_s_per_M 61 on input0"));
+}
+
 TEST(Recommend, FindsWhatASearchOfAllSettingsFinds) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(1, 100);
@@ -99,7 +130,7 @@ TEST(Recommend, WithoutOneThatMeetsTheNearestComesFirst) {
   EXPECT_FALSE(ranked.front().meets);
   EXPECT_NEAR(ranked.front().excess, 1.2, 1e-12);
   EXPECT_EQ(
-      nothing_found(results, conditions, ranked),
+      nothing_found(results, conditions, "build_s_per_M", ranked),
       "no setting meets 'rms <= 2' on all inputs; nearest is 'theta 1', with rms 2.4 on input1");
 }
 

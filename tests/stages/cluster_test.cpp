@@ -308,13 +308,32 @@ TEST_F(ClusterTest, CoincidentPointsOfNormalsThatAreNotQuiteUnitCollapseAtThetaZ
   EXPECT_EQ(root.grid, 0U) << "no grid was needed";
 }
 
+TEST_F(ClusterTest, AChildThatNeedsNoGridLeavesThatOfItsSiblings) {
+  // Of leaves with three points at each place a third is left once they have collapsed: as many as are asked for.
+  constexpr int kLeafPoints = 24;
+  for (const std::array<int, 3>& copies : {std::array{3, 1, 1}, {1, 3, 1}, {1, 1, 3}, {3, 3, 1}}) {
+    std::vector<InputPoint> input;
+    for (int leaf = 0; leaf < 3; ++leaf)
+      for (int i = 0; i < kLeafPoints; ++i)
+        input.push_back({{leaf * 1000 + i / copies[leaf] * 10, 0, 0}, 0, 0, {0, 0, 1}});
+    const auto root = run(input, header_for(input.size(), 3, kLeafPoints), "cluster",
+                          {.grid = 1, .theta = {}})[0];
+    EXPECT_EQ(root.points.count(), 24U);
+    EXPECT_EQ(root.grid, 1U);
+  }
+}
+
 TEST_F(ClusterTest, AutoCountsPlacesAndNotPoints) {
-  // 16 times each of 64 places in a row: 1,024 points, of which 512 are asked for, then 32 of the places.
+  // Leaves of 16 points at each of 64 places in a row, of which 32 are asked for. A grid of 16 points a cell had one place
+  // in each, where nothing is left to merge.
+  constexpr int kLeaves = 32, kLeafPoints = 1024;
   std::vector<InputPoint> input;
-  for (int i = 0; i < 1024; ++i) input.push_back({{i / 16 * 1000, 0, 0}, 0, 0, {0, 0, 1}});
-  const auto nodes = run(input, header_for(input.size(), 2, 32), "cluster", {});
-  EXPECT_EQ(nodes[0].points.count(), 32U);
-  for (const ClusteredNode& node : nodes) EXPECT_EQ(node.numerics.coarsened_grid, 0U);
+  for (int i = 0; i < kLeaves * kLeafPoints; ++i)
+    input.push_back({{i / 16 * 1000, 0, 0}, 0, 0, {0, 0, 1}});
+  const auto nodes = run(input, header_for(input.size(), kLeaves, kLeafPoints), "cluster", {});
+  EXPECT_EQ(nodes[0].points.count(), 1024U);
+  EXPECT_GT(nodes[0].grid, 0U);
+  EXPECT_EQ(nodes[0].numerics.coarsened_grid, 0U);
 }
 
 TEST_F(ClusterTest, CancellingNormalsGiveTheHeaviestMembers) {

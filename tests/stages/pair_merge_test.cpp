@@ -92,6 +92,22 @@ TEST(MergePairs, AMergeCostsNoLessThanThoseThatItBuildsOn) {
   }
 }
 
+TEST(MergePairs, PointsAtEqualDistancesMergeInPairsAtOnce) {
+  MergeList list{};
+  list.count = kMaxListLength;
+  for (std::uint32_t i = 0; i < list.count; ++i) {
+    list.x[i] = static_cast<float>(i);
+    list.weight[i] = list.area[i] = 1;
+    list.id[i] = i;
+  }
+  const MergeOutcome outcome = merge_pairs(list, 1, {});
+  EXPECT_EQ(outcome.rounds, 8U) << "256 points halved eight times";
+  for (std::uint32_t k = 0; k < kMaxListLength / 2; ++k) {
+    EXPECT_EQ(outcome.merges[k].winner, 2 * k);
+    EXPECT_EQ(outcome.merges[k].loser, 2 * k + 1);
+  }
+}
+
 TEST(MergePairs, KeepsOppositeSheetsApartWhileThetaForbidsIt) {
   // Two sheets of 16 points, a hair apart, facing opposite ways.
   MergeList list{};
