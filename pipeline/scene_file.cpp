@@ -61,6 +61,14 @@ void read_walk(CheckedTable& table, stages::SceneObject& object) {
   object.walk_time = time.value_or(object.walk_time);
 }
 
+/// Beams pass through objects for one stretch.
+void refuse_leaves_that_cannot_be(const CheckedTable& table, const stages::SceneObject& object) {
+  if (object.leaf_area_density == 0) return;
+  if (dynamic_cast<const stages::ConvexSolid*>(object.shape.get()) == nullptr)
+    table.refuse("leaf_area_density asks for a box, a sphere or a cylinder");
+  if (object.walk != Vector3{}) table.refuse("leaf_area_density and walk exclude each other");
+}
+
 void read_object(CheckedTable table, const std::filesystem::path& folder, stages::Scene& scene) {
   stages::SceneObject object;
   object.shape = read_shape(table, folder);
@@ -68,6 +76,7 @@ void read_object(CheckedTable table, const std::filesystem::path& folder, stages
   object.leaf_area_density = table.find("leaf_area_density", "a number above 0", positive_number)
                                  .value_or(object.leaf_area_density);
   read_walk(table, object);
+  refuse_leaves_that_cannot_be(table, object);
   const Vector3 position = table.find("position", kPoint, vector3).value_or(Vector3{});
   const stages::Quaternion turn = read_turn(table, "rotation");
   for_each_copy(table, [&](const std::string&, const Vector3& shift) {
@@ -210,8 +219,10 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path& file) 
   for (std::size_t i = 0; i < objects.size(); ++i)
     read_object({*objects[i], file, fmt::format("object {}", i + 1)}, file.parent_path(),
                 scene.scene);
+  const std::size_t of_base = scene.scene.stations.size();
   for (std::size_t i = 0; i < stations.size(); ++i)
-    read_station({*stations[i], file, fmt::format("station {}", i + 1)}, i + 1, scene.scene);
+    read_station({*stations[i], file, fmt::format("station {}", i + 1)}, of_base + i + 1,
+                 scene.scene);
   refuse_equal_names(table, scene.scene);
   return scene;
 }

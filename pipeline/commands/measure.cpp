@@ -115,16 +115,20 @@ class MeasureCommand : public DatasetCommand {
   }
 
  private:
+  /// A hash chooses about so many: of much fewer it might choose none.
+  static constexpr std::uint64_t kLeastSample = 100;
+
   /// The points that are to be searched for.
   std::uint64_t sample() const {
     static_assert(kAllPoints == stages::MeasureOptions::kAllPoints);
     if (sample_ == "none") return 0;
     const auto points = parse_count(sample_);
-    if (!points)
-      throw formats::Error(formats::ErrorKind::kUsage,
-                           {.what = "--sample",
-                            .found = "'" + sample_ + "'",
-                            .expected = "a number of points such as 500k or 3M, all, or none"});
+    if (!points || *points < kLeastSample)
+      throw formats::Error(
+          formats::ErrorKind::kUsage,
+          {.what = "--sample",
+           .found = "'" + sample_ + "'",
+           .expected = "at least 100 points, such as 500k or 3M, or all, or none"});
     return *points;
   }
 

@@ -18,7 +18,7 @@ using stages::LevelError;
 using stages::SurfaceError;
 
 /// What a cut between two levels has of their errors.
-enum class Mixing { kMean, kMeanSquare, kCoarser };
+enum class Mixing { kMean, kMeanSquare, kGreater };
 
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
@@ -37,9 +37,9 @@ double of_surface(const LevelError& level, Of of) {
 // To add an error of levels: a row here, and one below if it is no plain number.
 constexpr auto kLevelMetrics = std::to_array<LevelMetric>({
     {"rms", Mixing::kMeanSquare, [](const LevelError& level) { return level.rms; }},
-    {"percentile_99", Mixing::kCoarser,
+    {"percentile_99", Mixing::kGreater,
      [](const LevelError& level) { return level.percentile_99; }},
-    {"largest", Mixing::kCoarser, [](const LevelError& level) { return level.largest; }},
+    {"largest", Mixing::kGreater, [](const LevelError& level) { return level.largest; }},
     {"nearest_rms", Mixing::kMeanSquare,
      [](const LevelError& level) {
        return of_surface(level, [](const SurfaceError& error) { return error.nearest.rms; });
@@ -174,13 +174,19 @@ std::optional<double> error_at(const ErrorCurve& curve, std::string_view name,
   std::size_t coarse = 0;
   while (points_of(curve, coarse) > *points) ++coarse;
   const double error = error_of(curve, coarse, metric);
-  const Mixing mixing = kLevelMetrics[metric].mixing;
-  if (points_of(curve, coarse) == *points || mixing == Mixing::kCoarser) return if_measured(error);
+  if (points_of(curve, coarse) == *points) return if_measured(error);
   const double fine_error = error_of(curve, coarse - 1, metric);
   const double refined = (*points - points_of(curve, coarse)) /
                          (points_of(curve, coarse - 1) - points_of(curve, coarse));
-  if (mixing == Mixing::kMean) return if_measured(linear(error, fine_error, refined));
-  return if_measured(std::sqrt(linear(error * error, fine_error * fine_error, refined)));
+  switch (kLevelMetrics[metric].mixing) {
+    case Mixing::kMean:
+      return if_measured(linear(error, fine_error, refined));
+    case Mixing::kMeanSquare:
+      return if_measured(std::sqrt(linear(error * error, fine_error * fine_error, refined)));
+    case Mixing::kGreater:
+      break;
+  }
+  return if_measured(std::isnan(error) ? error : std::max(error, fine_error));
 }
 
 }  // namespace cairn::pipeline

@@ -67,8 +67,8 @@ std::optional<double> points_at(const ErrorCurve& curve, const ErrorPlace& place
 /// they are what all is compared with; their overdraw is not measured. Between two levels a cut refines some nodes of
 /// the coarser one: what is a mean over the points (squared errors, the share that is uncovered, overdraw) is taken to
 /// lie on the line between both, as it does on average over the choice of nodes, but for splats that reach into
-/// neighboring nodes; of 99th percentile and largest error the coarser level's is told, which no cut between them
-/// exceeds.
+/// neighboring nodes; of 99th percentile and largest error the greater of both levels' is told. No such cut exceeds that
+/// largest error; its 99th percentile may be greater.
 std::optional<double> error_at(const ErrorCurve& curve, std::string_view name,
                                const ErrorPlace& place);
 

@@ -80,9 +80,13 @@ std::string shortcoming(const StudyResults& results, const std::vector<Condition
 std::string others(const StudyResults& results, const std::vector<Condition>& conditions,
                    const std::string& minimized, const std::vector<Candidate>& ranked) {
   std::string text = ranked.size() > 1 ? "#\n# Other settings:\n" : "";
-  for (std::size_t i = 1; i < ranked.size() && i <= kMostOthers; ++i) {
+  const std::size_t end = std::min(ranked.size(), kMostOthers + 1);
+  std::size_t width = 0;
+  for (std::size_t i = 1; i < end; ++i)
+    width = std::max(width, results.settings[ranked[i].setting].label.size());
+  for (std::size_t i = 1; i < end; ++i) {
     const Candidate& other = ranked[i];
-    text += fmt::format("#   {:<32} {:>8}   ", results.settings[other.setting].label,
+    text += fmt::format("#   {:<{}} {:>8}   ", results.settings[other.setting].label, width,
                         std::isfinite(other.cost) ? significant(other.cost, 3) : "-");
     text += other.meets
                 ? "meets all\n"

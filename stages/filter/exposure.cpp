@@ -21,20 +21,23 @@ constexpr std::size_t kMostChannels = 3;
 /// Points a cell of the lattice should hold.
 constexpr double kCellPoints = 16;
 
+/// One clipped value of so many points may be: the mean differs by less than that, and large cells are not silenced.
+constexpr std::uint64_t kClippedShare = 64;
+
 /// What a scan tells of a cell.
 struct Sample {
   Cell cell;
   std::uint32_t scan;
-  std::uint32_t
-      clipped;  ///< a bit for each channel of which a value is the least or the largest possible
   std::uint64_t points;
   std::array<std::uint64_t, kMostChannels> sum;
+  std::array<std::uint64_t, kMostChannels>
+      clipped;  ///< points whose value is the least or the largest possible
   auto key() const { return std::tie(cell, scan); }
 };
 
-/// Fitting takes place where values tell brightness: not where a channel is clipped, whose gain they do not follow.
+/// Fitting takes place where values tell brightness: not where many are clipped, since these do not follow the gain.
 bool tells(const Sample& sample, std::size_t channel) {
-  return (sample.clipped >> channel & 1) == 0;
+  return sample.clipped[channel] <= sample.points / kClippedShare;
 }
 
 using ChannelOverlaps = std::array<Overlaps, kMostChannels>;
@@ -107,9 +110,11 @@ class ExposureBalance final : public Effect {
         .read = [&](std::uint64_t leaf) { return read(cloud, leaf, lattice, context); },
         .absorb =
             [](Sample& into, const Sample& other) {
-              into.clipped |= other.clipped;
               into.points += other.points;
-              for (std::size_t c = 0; c < kMostChannels; ++c) into.sum[c] += other.sum[c];
+              for (std::size_t c = 0; c < kMostChannels; ++c) {
+                into.sum[c] += other.sum[c];
+                into.clipped[c] += other.clipped[c];
+              }
             },
         .merged = {},
         .complete =
@@ -134,10 +139,10 @@ class ExposureBalance final : public Effect {
     std::vector<Sample> samples;
     samples.reserve(cloud.leaves.range_of(leaf).count);
     cloud.for_each_kept(leaf, [&](std::uint64_t, const std::byte* record) {
-      Sample sample{lattice.cell_at(position_of(record)), cloud.scan_of(record), 0, 1, {}};
+      Sample sample{lattice.cell_at(position_of(record)), cloud.scan_of(record), 1, {}, {}};
       for (std::size_t c = 0; c < column.components; ++c) {
         const std::uint32_t value = column.value(record, c);
-        if (value == 0 || value == column.largest_value()) sample.clipped |= 1U << c;
+        if (value == 0 || value == column.largest_value()) sample.clipped[c] = 1;
         sample.sum[c] = value;
       }
       samples.push_back(sample);

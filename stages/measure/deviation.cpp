@@ -28,10 +28,12 @@ double Deviation::rms() const {
 
 Interval Deviation::rms_interval() const {
   if (count_ < 2) return {rms(), rms()};
-  const auto n = static_cast<double>(count_);
-  const double mean = squares_ / n;
-  const double half = kZ * std::sqrt(std::max(0.0, fourths_ / n - mean * mean) / (n - 1));
-  return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
+  const auto n = static_cast<long double>(count_);
+  const long double mean = static_cast<long double>(squares_) / n;
+  const long double variance = std::max(0.0L, fourths_ / n - mean * mean) / (n - 1);
+  const long double half = static_cast<long double>(kZ) * std::sqrt(variance);
+  return {static_cast<double>(std::sqrt(std::max(0.0L, mean - half))),
+          static_cast<double>(std::sqrt(mean + half))};
 }
 
 double Deviation::largest() const { return std::sqrt(largest_square_); }

@@ -17,7 +17,7 @@ class Deviation {
   void add(double square) {
     ++count_;
     squares_ += square;
-    fourths_ += square * square;
+    fourths_ += static_cast<long double>(square) * static_cast<long double>(square);
     if (square > largest_square_) largest_square_ = square;
   }
   void add(const Deviation& later);
@@ -33,7 +33,7 @@ class Deviation {
  private:
   std::uint64_t count_ = 0;
   double squares_ = 0;
-  double fourths_ = 0;
+  long double fourths_ = 0;  ///< of x86-64: holds the square of every double
   double largest_square_ = 0;
 };
 

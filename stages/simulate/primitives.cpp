@@ -10,36 +10,20 @@
 namespace cairn::stages {
 namespace {
 
-/// A stretch of a ray, by distance; empty if it ends before it begins.
-struct Stretch {
-  double begin = -kNoHit;
-  double end = kNoHit;
-
-  void cut(const Stretch& other) {
-    begin = std::max(begin, other.begin);
-    end = std::min(end, other.end);
-  }
-  /// Where a ray from 0 on first meets the skin of the solid that this stretch lies in.
-  double first_hit() const {
-    if (!(begin <= end) || !(end > 0)) return kNoHit;
-    return begin > 0 ? begin : end;
-  }
-};
-
-constexpr Stretch kNothing{kNoHit, -kNoHit};
+constexpr RayStretch kNothing{kNoHit, -kNoHit};
 
 /// Where |origin + t * direction| <= half, along one axis.
-Stretch slab(double origin, double direction, double half) {
-  if (direction == 0) return std::fabs(origin) <= half ? Stretch{} : kNothing;
+RayStretch slab(double origin, double direction, double half) {
+  if (direction == 0) return std::fabs(origin) <= half ? RayStretch{} : kNothing;
   const double a = (-half - origin) / direction;
   const double b = (half - origin) / direction;
   return {std::min(a, b), std::max(a, b)};
 }
 
 /// Where origin + t * direction is within `radius` of 0; `direction` need not have length 1.
-Stretch ball(const Vector3& origin, const Vector3& direction, double radius) {
+RayStretch ball(const Vector3& origin, const Vector3& direction, double radius) {
   const double squared = dot(direction, direction);
-  if (squared == 0) return dot(origin, origin) <= radius * radius ? Stretch{} : kNothing;
+  if (squared == 0) return dot(origin, origin) <= radius * radius ? RayStretch{} : kNothing;
   const double nearest = -dot(origin, direction) / squared;
   const Vector3 q = origin + direction * nearest;
   const double rest = radius * radius - dot(q, q);
@@ -83,16 +67,15 @@ class Plane final : public Shape {
   Vector3 half_;
 };
 
-class Cuboid final : public Shape {
+class Cuboid final : public ConvexSolid {
  public:
   explicit Cuboid(const Vector3& size) : half_(size * 0.5) {}
-  std::size_t pieces() const override { return 1; }
   Box bounds(std::size_t) const override { return {half_ * -1, half_}; }
-  double intersect(std::size_t, const Ray& ray) const override {
-    Stretch inside;
+  RayStretch inside(const Ray& ray) const override {
+    RayStretch stretch;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      inside.cut(slab(ray.origin[axis], ray.direction[axis], half_[axis]));
-    return inside.first_hit();
+      stretch.cut(slab(ray.origin[axis], ray.direction[axis], half_[axis]));
+    return stretch;
   }
   Vector3 normal(std::size_t, const Vector3& point) const override {
     std::size_t face = 0;
@@ -111,15 +94,14 @@ class Cuboid final : public Shape {
   Vector3 half_;
 };
 
-class Sphere final : public Shape {
+class Sphere final : public ConvexSolid {
  public:
   explicit Sphere(double radius) : radius_(radius) {}
-  std::size_t pieces() const override { return 1; }
   Box bounds(std::size_t) const override {
     return {{-radius_, -radius_, -radius_}, {radius_, radius_, radius_}};
   }
-  double intersect(std::size_t, const Ray& ray) const override {
-    return ball(ray.origin, ray.direction, radius_).first_hit();
+  RayStretch inside(const Ray& ray) const override {
+    return ball(ray.origin, ray.direction, radius_);
   }
   Vector3 normal(std::size_t, const Vector3& point) const override { return normalised(point); }
   double distance(std::size_t, const Vector3& point) const override {
@@ -130,17 +112,16 @@ class Sphere final : public Shape {
   double radius_;
 };
 
-class Cylinder final : public Shape {
+class Cylinder final : public ConvexSolid {
  public:
   Cylinder(double radius, double height) : radius_(radius), half_(height / 2) {}
-  std::size_t pieces() const override { return 1; }
   Box bounds(std::size_t) const override {
     return {{-radius_, -radius_, -half_}, {radius_, radius_, half_}};
   }
-  double intersect(std::size_t, const Ray& ray) const override {
-    Stretch inside = ball(flat(ray.origin), flat(ray.direction), radius_);
-    inside.cut(slab(ray.origin[2], ray.direction[2], half_));
-    return inside.first_hit();
+  RayStretch inside(const Ray& ray) const override {
+    RayStretch stretch = ball(flat(ray.origin), flat(ray.direction), radius_);
+    stretch.cut(slab(ray.origin[2], ray.direction[2], half_));
+    return stretch;
   }
   Vector3 normal(std::size_t, const Vector3& point) const override {
     const Vector3 outwards = flat(point);
@@ -181,7 +162,7 @@ class Tube final : public Shape {
     const Segment& segment = segments_[piece];
     const Vector3 origin = ray.origin - segment.from;
     const double from = dot(origin, segment.along), speed = dot(ray.direction, segment.along);
-    const Stretch side =
+    const RayStretch side =
         ball(origin - segment.along * from, ray.direction - segment.along * speed, radius_);
     double nearest = kNoHit;
     // A hit counts where the skin is that of the side, or of one of the two balls.
@@ -191,7 +172,7 @@ class Tube final : public Shape {
     };
     for (const double t : {side.begin, side.end}) offer(t, 0, segment.length);
     for (const double end : {0.0, segment.length}) {
-      const Stretch cap = ball(origin - segment.along * end, ray.direction, radius_);
+      const RayStretch cap = ball(origin - segment.along * end, ray.direction, radius_);
       for (const double t : {cap.begin, cap.end})
         offer(t, end == 0 ? -kNoHit : segment.length, end == 0 ? 0 : kNoHit);
     }

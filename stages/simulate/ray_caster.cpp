@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
+#include "formats/error.h"
 #include "stages/simulate/object_hierarchy.h"
 
 namespace cairn::stages {
@@ -47,6 +49,40 @@ void meet_piece(const RTCIntersectFunctionNArguments* arguments) {
   ray_hit->ray.tfar = rounded_up(distance);
 }
 
+RTCRayHit ray_from(const Vector3& origin, const Vector3& direction, double max_range) {
+  RTCRayHit ray{};
+  ray.ray.org_x = static_cast<float>(origin[0]);
+  ray.ray.org_y = static_cast<float>(origin[1]);
+  ray.ray.org_z = static_cast<float>(origin[2]);
+  ray.ray.dir_x = static_cast<float>(direction[0]);
+  ray.ray.dir_y = static_cast<float>(direction[1]);
+  ray.ray.dir_z = static_cast<float>(direction[2]);
+  ray.ray.tfar = rounded_up(max_range);
+  ray.ray.mask = ~0U;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  return ray;
+}
+
+/// As Cast, for all that a ray crosses.
+struct CrossingCast {
+  RTCIntersectContext context;
+  Vector3 direction;
+  double max_range;
+  std::vector<std::pair<unsigned, Crossing>> found;  ///< by Embree's number of the geometry
+};
+
+void cross_solid(const RTCIntersectFunctionNArguments* arguments) {
+  if (arguments->valid[0] == 0) return;
+  const auto& target = *static_cast<const Target*>(arguments->geometryUserPtr);
+  CrossingCast& cast = *reinterpret_cast<CrossingCast*>(arguments->context);
+  const auto& solid = static_cast<const ConvexSolid&>(*target.object->shape);
+  const RayStretch inside =
+      solid.inside({target.origin, formats::multiply(target.to_object, cast.direction)});
+  const double begin = std::max(0.0, inside.begin);
+  if (begin < inside.end && begin < cast.max_range)
+    cast.found.emplace_back(arguments->geomID, Crossing{begin, inside.end, target.object});
+}
+
 }  // namespace
 
 RayCaster::RayCaster(const std::vector<SceneObject>& objects, const Vector3& origin)
@@ -60,18 +96,7 @@ std::optional<Hit> RayCaster::cast(const Vector3& direction, double max_range,
   Cast cast{
       .context = {}, .direction = direction, .start = start, .best = {max_range, kNone, kNone}};
   rtcInitIntersectContext(&cast.context);
-  RTCRayHit ray{};
-  if (start != nullptr) {
-    ray.ray.org_x = static_cast<float>((*start)[0]);
-    ray.ray.org_y = static_cast<float>((*start)[1]);
-    ray.ray.org_z = static_cast<float>((*start)[2]);
-  }
-  ray.ray.dir_x = static_cast<float>(direction[0]);
-  ray.ray.dir_y = static_cast<float>(direction[1]);
-  ray.ray.dir_z = static_cast<float>(direction[2]);
-  ray.ray.tfar = rounded_up(max_range);
-  ray.ray.mask = ~0U;
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit ray = ray_from(start == nullptr ? Vector3{} : *start, direction, max_range);
   rtcIntersect1(hierarchy_->scene(), &cast.context, &ray);
   const Candidate& best = cast.best;
   if (best.object == kNone) return std::nullopt;
@@ -85,6 +110,27 @@ std::optional<Hit> RayCaster::cast(const Vector3& direction, double max_range,
              .normal = formats::multiply(object.pose.linear,
                                          dot(outwards, along) > 0 ? outwards * -1 : outwards),
              .color = color_at(object.paint, target.extent, point, outwards)};
+}
+
+CrossingCaster::CrossingCaster(const std::vector<SceneObject>& objects, const Vector3& origin)
+    : hierarchy_(std::make_unique<ObjectHierarchy>(objects, origin, cross_solid)) {
+  for (const SceneObject& object : objects)
+    CAIRN_CHECK(dynamic_cast<const ConvexSolid*>(object.shape.get()) != nullptr);
+}
+
+CrossingCaster::~CrossingCaster() = default;
+
+std::vector<Crossing> CrossingCaster::cast(const Vector3& direction, double max_range) const {
+  CrossingCast cast{.context = {}, .direction = direction, .max_range = max_range, .found = {}};
+  rtcInitIntersectContext(&cast.context);
+  RTCRayHit ray = ray_from({}, direction, max_range);
+  rtcIntersect1(hierarchy_->scene(), &cast.context, &ray);
+  // In an order that does not depend on the hierarchy; each geometry is one piece.
+  std::ranges::sort(cast.found, {}, &std::pair<unsigned, Crossing>::first);
+  std::vector<Crossing> crossings;
+  crossings.reserve(cast.found.size());
+  for (const auto& [number, crossing] : cast.found) crossings.push_back(crossing);
+  return crossings;
 }
 
 }  // namespace cairn::stages

@@ -20,6 +20,12 @@ struct Hit {
   Rgb color{};
 };
 
+/// What of a ray lies in an object.
+struct Crossing {
+  double begin, end;  ///< 0 <= begin < end
+  const SceneObject* object;
+};
+
 /// Rays from one origin. The hierarchy of bounding boxes, in single precision, is built around that origin and
 /// only chooses candidates; hits are computed by the shapes, in double and in the objects' own frames, so their
 /// digits do not depend on where in the world they are. Of several pieces at the same distance the first in the
@@ -38,6 +44,22 @@ class RayCaster {
   /// thread.
   std::optional<Hit> cast(const Vector3& direction, double max_range,
                           const Vector3* start = nullptr) const;
+
+ private:
+  std::unique_ptr<ObjectHierarchy> hierarchy_;
+};
+
+/// Rays from one origin through objects, all of them, whatever lies before them. Requires that they are ConvexSolids.
+class CrossingCaster {
+ public:
+  /// As RayCaster.
+  CrossingCaster(const std::vector<SceneObject>& objects, const Vector3& origin);
+  ~CrossingCaster();
+  CrossingCaster(const CrossingCaster&) = delete;
+  CrossingCaster& operator=(const CrossingCaster&) = delete;
+
+  /// The crossings of a ray from the origin that begin before `max_range`, in the order of the objects. Any thread.
+  std::vector<Crossing> cast(const Vector3& direction, double max_range) const;
 
  private:
   std::unique_ptr<ObjectHierarchy> hierarchy_;

@@ -2,6 +2,7 @@
 // sorts. All arithmetic is in double: a hit lies on the surface to about 1e-15 of its coordinates.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <memory>
@@ -46,6 +47,32 @@ class Shape {
   virtual double distance(std::size_t piece, const Vector3& point) const = 0;
 
   Box whole() const;
+};
+
+/// A stretch of a ray, by distance; empty if it ends before it begins.
+struct RayStretch {
+  double begin = -kNoHit;
+  double end = kNoHit;
+
+  void cut(const RayStretch& other) {
+    begin = std::max(begin, other.begin);
+    end = std::min(end, other.end);
+  }
+  /// Where a ray from 0 on first meets the skin of the solid that this stretch lies in.
+  double first_hit() const {
+    if (!(begin <= end) || !(end > 0)) return kNoHit;
+    return begin > 0 ? begin : end;
+  }
+};
+
+/// A shape that a straight line is in for one stretch at most.
+class ConvexSolid : public Shape {
+ public:
+  std::size_t pieces() const final { return 1; }
+  double intersect(std::size_t, const Ray& ray) const final { return inside(ray).first_hit(); }
+
+  /// Of the ray's line, also before its origin. Any thread; throws nothing.
+  virtual RayStretch inside(const Ray& ray) const = 0;
 };
 
 /// All lengths are above 0, and all shapes are centred on the origin unless said otherwise.

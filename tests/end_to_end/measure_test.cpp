@@ -141,6 +141,7 @@ TEST_F(Measure, RefusesASampleOfNoNumberAndComparisonsWithNone) {
   const std::string scan = write_wavy_las(folder_ / "a.las", 500);
   ASSERT_EQ(build({scan}).exit_code, 0);
   for (const std::vector<std::string>& flags : {std::vector<std::string>{"--sample", "many"},
+                                                {"--sample", "99"},
                                                 {"--sample", "none", "--against", scan},
                                                 {"--columns", "x y z"}}) {
     const Outcome outcome = measure(flags);

@@ -36,8 +36,8 @@ class Environment {
 class Resume : public ProgramTest {
  protected:
   void SetUp() override {
-    write_wavy_las(folder_ / "a.las", 30000);
-    write_wavy_las(folder_ / "b.las", 9000);
+    write_wavy_las(folder_ / "a.las", 15000);
+    write_wavy_las(folder_ / "b.las", 4500);
     undisturbed_ = bytes_of_a_build(command_);
   }
 
@@ -93,9 +93,9 @@ class Resume : public ProgramTest {
   }
   /// Kills a build as late as its work is still needed: before it writes the dataset.
   void kill_late() {
-    const int last = count_calls();
-    for (int at = last; at > 0; --at) {
-      build_with_fault("kill", at);
+    if (late_call_ == 0) late_call_ = count_calls();
+    for (; late_call_ > 0; --late_call_) {
+      build_with_fault("kill", late_call_);
       if (fs::exists(output() + ".work/journal") && !fs::exists(output())) return;
       fs::remove_all(output());
     }
@@ -168,6 +168,7 @@ class Resume : public ProgramTest {
   Command command_{folder_ / "a.las", folder_ / "b.las", "--node-points", "400",
                    "--estimate",      "normals",         "--threads",     "2"};
   Bytes undisturbed_;
+  int late_call_ = 0;  ///< by which kill_late found it; 0: not yet
 };
 
 /// Every call that a build makes; the short tests take some.
@@ -229,7 +230,7 @@ TEST_F(Resume, ChangedSettingsAreThoseOfTheBuildThatEnds) {
 
 TEST_F(Resume, AScanThatChangedIsReadAgain) {
   kill_late();
-  write_wavy_las(folder_ / "b.las", 9001);
+  write_wavy_las(folder_ / "b.las", 4501);
   expect_bytes(build(command_), bytes_of_a_build(command_));
 }
 
@@ -290,12 +291,12 @@ TEST_F(Resume, FreshStartsOver) {
 }
 
 TEST_F(Resume, AStoppedBuildSaysWhatItKeepsAndGoesOn) {
-  write_wavy_las(folder_ / "a.las", 1000000);
+  write_wavy_las(folder_ / "a.las", 200'000);
   undisturbed_ = bytes_of_a_build(command_);
   Command arguments = command_;
   arguments.insert(arguments.begin(), {"build", "--progress", "json", "-o", output()});
   const Outcome stopped =
-      run_program(CAIRN_PROGRAM, arguments, SIGINT, "\"begin\",\"stage\":\"split\"");
+      run_program(CAIRN_PROGRAM, arguments, SIGINT, "\"begin\",\"stage\":\"estimate\"");
   EXPECT_EQ(stopped.exit_code, 128 + SIGINT);
   EXPECT_THAT(stopped.err, HasSubstr("site.cairn.work"));
   const Outcome outcome = build(command_);

@@ -197,6 +197,9 @@ TEST(SceneFile, TakesObjectsAndStationsOfItsBaseBeforeItsOwn) {
   EXPECT_THAT(both.scene.objects[1].pose.translation, ElementsAre(5, 0, 0));
   ASSERT_EQ(both.scene.stations.size(), 2U);
   EXPECT_EQ(both.scene.stations[1].name, "own");
+  const SceneFile unnamed = parse_scene(more, folder / "more.toml");
+  EXPECT_EQ(unnamed.scene.stations[0].name, "station_01");
+  EXPECT_EQ(unnamed.scene.stations[1].name, "station_02");
 }
 
 TEST(SceneFile, RefusesBasesThatCannotBe) {
@@ -214,15 +217,16 @@ TEST(SceneFile, RefusesBasesThatCannotBe) {
 }
 
 TEST(SceneFile, ReadsMarksOfObjects) {
-  const SceneFile scene = parse_scene(
-      kObject + "leaf_area_density = 0.7\nwalk = [1, 2, 3]\nwalk_time = 20\n" + kStation +
-          "[effects]\nfoliage = {returns = 3}\nmoving_objects = {scan_time = 9}\n"
-          "beam_divergence = {divergence = 0.02, resolution = 1}\n",
-      "a.toml");
-  const stages::SceneObject& object = scene.scene.objects[0];
-  EXPECT_EQ(object.leaf_area_density, 0.7);
-  EXPECT_THAT(object.walk, ElementsAre(1, 2, 3));
-  EXPECT_EQ(object.walk_time, 20);
+  const SceneFile scene =
+      parse_scene(kObject + "leaf_area_density = 0.7\n" + kObject +
+                      "walk = [1, 2, 3]\nwalk_time = 20\n" + kStation +
+                      "[effects]\nfoliage = {returns = 3}\nmoving_objects = {scan_time = 9}\n"
+                      "beam_divergence = {divergence = 0.02, resolution = 1}\n",
+                  "a.toml");
+  EXPECT_EQ(scene.scene.objects[0].leaf_area_density, 0.7);
+  const stages::SceneObject& walker = scene.scene.objects[1];
+  EXPECT_THAT(walker.walk, ElementsAre(1, 2, 3));
+  EXPECT_EQ(walker.walk_time, 20);
   EXPECT_EQ(scene.effects.moving_objects->scan_time, 9);
   EXPECT_EQ(scene.effects.of_echoes.size(), 2U);
   for (const std::string lines : {"leaf_area_density = 0\n", "walk = [1, 2, 3]\n",
@@ -235,6 +239,17 @@ TEST(SceneFile, ReadsMarksOfObjects) {
     EXPECT_THAT(refusal("[effects]\n" + lines + "\n" + kObject + kStation),
                 HasSubstr("site.toml, line 2: effects."))
         << lines;
+}
+
+TEST(SceneFile, RefusesLeavesWhereABeamHasNotOneWayThroughThem) {
+  for (const std::string shape :
+       {"type = \"plane\"\nsize = [1, 1]\n", "type = \"statue\"\nheight = 4\n",
+        "type = \"tube\"\nradius = 1\npoints = [[0, 0, 0], [0, 0, 9]]\n"})
+    EXPECT_THAT(refusal("[[object]]\n" + shape + "leaf_area_density = 1\n" + kStation),
+                HasSubstr("leaf_area_density asks for a box, a sphere or a cylinder"));
+  EXPECT_THAT(
+      refusal(kObject + "leaf_area_density = 1\nwalk = [1, 2, 3]\nwalk_time = 20\n" + kStation),
+      HasSubstr("leaf_area_density and walk exclude each other"));
 }
 
 TEST(SceneFile, TheScenesOfTheProjectAreRead) {

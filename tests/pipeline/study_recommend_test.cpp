@@ -212,6 +212,12 @@ TEST(ErrorCurve, BetweenTwoLevelsIsTheMeanOverTheNodesThatAreRefined) {
                 1e-12);
   }
   using enum ErrorPlace::Unit;
+  // Points 0, 0, 0, 10 are up to 7.5 from their mean, 0, 0, 0, 10, 10, 10 up to 5 from theirs: refined may be worse.
+  const ErrorCurve finer{.leaf_points = 1000,
+                         .levels = {{250, {1, 2, 7.5, 1, 0.2, 2}}, {60, {3, 4, 5, 3, 0.5, 4}}}};
+  EXPECT_EQ(error_at(finer, "largest", {kPoints, 100}), 7.5);
+  EXPECT_EQ(error_at(finer, "largest", {kPoints, 60}), 5);
+  EXPECT_EQ(error_at(finer, "percentile_99", {kPoints, 100}), 4);
   EXPECT_EQ(error_at(curve, "rms", {kLevelsAboveLeaves, 2}), 3);
   EXPECT_EQ(error_at(curve, "rms", {kLevelsAboveLeaves, 3}), std::nullopt);
   EXPECT_EQ(error_at(curve, "percentile_99", {kShare, 0.25}), 2);

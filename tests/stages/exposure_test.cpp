@@ -98,6 +98,18 @@ TEST_F(ExposureTest, ClippedPlacesTellNothing) {
   EXPECT_EQ(sources[1].clamped, 0U);
 }
 
+TEST_F(ExposureTest, AFewClippedValuesDoNotSilenceDensePlaces) {
+  // All points of the second half of each scan lie in 36 cells, of some 500 points, of which one in 200 is black.
+  ColoredCampaign points = floor_scans({{1, 1, 1}, {1.25, 1, 1}});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::int32_t& c : points[i].position) c = c / 20'000 * 20'000 + c % 2'000;
+    if (i % 200 == 0) points[i].color = {0, 0, 0};
+  }
+  const auto& sources = run(points, {.balance_exposure = true}, 500).filtered.sources;
+  EXPECT_NEAR(std::log(static_cast<double>(sources[0].gain[0]) / sources[1].gain[0]),
+              std::log(1.25), 0.02);
+}
+
 TEST_F(ExposureTest, ScansThatShareNothingStayAsTheyAre) {
   ColoredCampaign points = floor_scans({{0.8, 1, 1.1}, {1.2, 1, 1}});
   for (ColoredPoint& p : points) p.position[2] = static_cast<std::int32_t>(p.scan) * 1'000'000;

@@ -136,6 +136,13 @@ TEST(DeviationInterval, IsThatOfTheMeanSquare) {
   const double half = 1.959963984540054 * std::sqrt(5.0 / 12);
   EXPECT_NEAR(deviation.rms_interval().low, std::sqrt(2.5 - half), 1e-12);
   EXPECT_NEAR(deviation.rms_interval().high, std::sqrt(2.5 + half), 1e-12);
+  // In any unit: the squares of squares may be more, or less, than a double holds.
+  for (const double unit : {1e100, 1e-100}) {
+    Deviation scaled;
+    for (const double square : {1.0, 2.0, 3.0, 4.0}) scaled.add(square * unit * unit);
+    EXPECT_NEAR(scaled.rms_interval().low / unit, std::sqrt(2.5 - half), 1e-12);
+    EXPECT_NEAR(scaled.rms_interval().high / unit, std::sqrt(2.5 + half), 1e-12);
+  }
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ class BeamDivergenceEffect : public EchoEffect {
     const std::vector<Echo> around = footprint(beam);
     if (echoes.empty() && !around.empty()) echoes.add(around.front());
     for (Echo& echo : echoes) {
+      if (echo.object == nullptr) continue;
       echo.range += mixed(echo, around) - echo.distance;
       echo.direction = beam.direction;
     }

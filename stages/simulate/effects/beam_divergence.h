@@ -3,7 +3,8 @@
 // over those of `rays` sub-rays whose surfaces are no farther than `resolution` from that of the axis, along the range:
 // the receiver tells echoes apart that lie farther from each other. Ray 0 is the axis; where it meets nothing, the first
 // that does takes its place. Sub-ray k of n lies at the angle (divergence / 2) sqrt(-ln(1 - (k + 1/2) / n) / 2) from the
-// axis, the quantiles of a Gaussian beam, so that all have the same energy, and at k golden angles around it.
+// axis, the quantiles of a Gaussian beam, so that all have the same energy, and at k golden angles around it. Leaves, which
+// are points, do not mix; sub-rays pass through foliage as beams do.
 // Based on: Martial Hebert and Eric Krotkov, "3D measurements from imaging laser radars: how good are they?", Image and
 // Vision Computing 10(3), 1992, for mixed pixels. The beam begins as a point; what is mixed is the range alone.
 #pragma once

@@ -15,6 +15,7 @@
 
 #include "stages/simulate/echo.h"
 #include "stages/simulate/effects/random.h"
+#include "stages/simulate/ray_caster.h"
 
 namespace cairn::stages {
 
@@ -42,14 +43,16 @@ static_assert(static_cast<std::size_t>(EffectKind::kExposure) == kEffects - 1);
 /// How often each effect was called, by kind.
 using EffectCalls = std::array<std::uint64_t, kEffects>;
 
-/// What the scene holds in a direction, for effects that look where the ray itself does not.
+/// What the scene holds in a direction of length 1 in the station's frame, for effects that look where the ray itself
+/// does not. Any thread.
 class Sight {
  public:
   virtual ~Sight() = default;
-  /// The ideal echo of the nearest surface beyond the distance `from`, at the time of the ray number `ray`, along a
-  /// direction of length 1 in the station's frame. Any thread.
-  virtual std::optional<Echo> look(std::uint64_t ray, const Vector3& direction,
-                                   double from = 0) const = 0;
+  /// The ideal echo of the nearest surface, at the time of the ray number `ray`: of a solid one, if beams pass through
+  /// foliage.
+  virtual std::optional<Echo> look(std::uint64_t ray, const Vector3& direction) const = 0;
+  /// The foliage that a beam passes through, also behind solid surfaces, in the order of the scene's objects.
+  virtual std::vector<Crossing> foliage(const Vector3& direction) const = 0;
 };
 
 struct Beam {

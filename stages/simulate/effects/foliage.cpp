@@ -2,54 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <span>
 
 namespace cairn::stages {
 namespace {
 
 constexpr double kProjection = 0.5;
-/// How far behind a surface the next one is looked for, or it would be found again.
-constexpr double kBehind = 1e-6;
 
 /// One beam on its way through foliage.
 class Passage {
  public:
-  Passage(const Foliage& settings, const Draws& draws, const Beam& beam, RayEchoes& echoes)
-      : settings_(settings), draws_(draws), beam_(beam), echoes_(echoes) {}
+  Passage(const Foliage& settings, const Draws& draws, const Beam& beam,
+          std::span<const Crossing> crossings, RayEchoes& echoes)
+      : settings_(settings), draws_(draws), beam_(beam), crossings_(crossings), echoes_(echoes) {}
 
-  void go(const Echo& first) {
-    std::optional<Echo> next = first;
-    for (; next && !spent(); next = beam_.sight.look(beam_.ray, beam_.direction, at_ + kBehind)) {
-      meet_leaves(next->distance);
-      if (spent()) return;
-      if (!is_foliage(*next)) return add(*next, 1);
-      cross(*next->object);
-    }
-    meet_leaves(beam_.max_range);
+  void go(const std::optional<Echo>& solid) {
+    const double end = solid ? solid->distance : beam_.max_range;
+    while (!spent() && reach_leaf(end))
+      add(stray_echo(at_, beam_.direction, leaf_color_), settings_.blocked);
+    if (solid && !spent()) add(*solid, 1);
   }
-
-  static bool is_foliage(const Echo& echo) { return echo.object->leaf_area_density > 0; }
 
  private:
   bool spent() const { return returns_ >= settings_.returns || light_ <= 0; }
 
-  /// The leaves up to the distance `end`, in the objects that the beam is in.
-  void meet_leaves(double end) {
-    double density = 0;
-    for (const SceneObject* object : inside_) density += object->leaf_area_density;
-    while (!spent() && density > 0) {
-      at_ += -std::log(draws_.uniform(beam_.ray, draw_++)[0]) / (kProjection * density);
-      if (at_ >= end) break;
-      add(stray_echo(at_, beam_.direction, inside_.front()->paint.first), settings_.blocked);
+  /// Goes on to the next leaf, or to the distance `end`. The area of leaves on the way, for each unit of the beam's cross
+  /// section, is exponential.
+  bool reach_leaf(double end) {
+    double area = -std::log(draws_.uniform(beam_.ray, draw_++)[0]) / kProjection;
+    while (at_ < end) {
+      double density = 0, next = end;
+      for (const Crossing& crossing : crossings_) {
+        if (at_ < crossing.begin) {
+          next = std::min(next, crossing.begin);
+        } else if (at_ < crossing.end) {
+          if (density == 0) leaf_color_ = crossing.object->paint.first;
+          density += crossing.object->leaf_area_density;
+          next = std::min(next, crossing.end);
+        }
+      }
+      if (area < density * (next - at_)) {
+        at_ += area / density;
+        return true;
+      }
+      area -= density * (next - at_);
+      at_ = next;
     }
-    at_ = end;
-  }
-
-  void cross(const SceneObject& object) {
-    const auto entered = std::find(inside_.begin(), inside_.end(), &object);
-    if (entered == inside_.end())
-      inside_.push_back(&object);
-    else
-      inside_.erase(entered);
+    return false;
   }
 
   void add(Echo echo, double share) {
@@ -63,8 +63,9 @@ class Passage {
   const Foliage& settings_;
   const Draws& draws_;
   const Beam& beam_;
+  std::span<const Crossing> crossings_;
   RayEchoes& echoes_;
-  std::vector<const SceneObject*> inside_;
+  Rgb leaf_color_{};  ///< of the first object that the beam is in
   double at_ = 0, light_ = 1;
   std::uint32_t returns_ = 0, draw_ = 0;
 };
@@ -76,10 +77,11 @@ class FoliageEffect : public EchoEffect {
   std::uint64_t most_echoes() const override { return settings_.returns; }
 
   void apply(const Beam& beam, RayEchoes& echoes) const override {
-    if (echoes.empty() || !Passage::is_foliage(*echoes.begin())) return;
-    const Echo first = *echoes.begin();
+    const std::vector<Crossing> crossings = beam.sight.foliage(beam.direction);
+    if (crossings.empty()) return;
+    const auto solid = echoes.empty() ? std::nullopt : std::optional(*echoes.begin());
     echoes.clear();
-    Passage(settings_, draws_, beam, echoes).go(first);
+    Passage(settings_, draws_, beam, crossings, echoes).go(solid);
   }
 
  private:

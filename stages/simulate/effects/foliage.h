@@ -4,7 +4,8 @@
 // the mean projection of leaves that look in all directions alike. A leaf takes the share `blocked` of the light that
 // arrives; what is left goes on, to a solid object or out of the range, for at most `returns` echoes.
 // Based on: Tiit Nilson, "A theoretical analysis of the frequency of gaps in plant stands", Agricultural Meteorology 8,
-// 1971. Here leaves are points that face the scanner. Marked objects are closed, may overlap, and hold no station.
+// 1971. Here leaves are points that face the scanner. Marked objects are convex, may overlap, touch each other and solid
+// objects, and hold a station. Where several overlap their densities add up.
 #pragma once
 
 #include "stages/simulate/effects/effect.h"

@@ -24,6 +24,11 @@ Station StationEffects::recorded(const Station& station) const {
   return misplaced(station, *registration_error_, draws(EffectKind::kRegistrationError));
 }
 
+bool StationEffects::passes_foliage() const {
+  return std::ranges::any_of(of_echoes_,
+                             [](const Made& made) { return made.kind == EffectKind::kFoliage; });
+}
+
 std::uint64_t StationEffects::most_echoes() const {
   std::uint64_t most = 1;
   for (const Made& made : of_echoes_) most = std::max(most, made.effect->most_echoes());

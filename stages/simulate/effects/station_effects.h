@@ -26,6 +26,8 @@ class StationEffects {
   /// The station as the survey tells it. Rays are cast from the true one.
   Station recorded(const Station& station) const;
 
+  /// Whether beams pass through objects with a leaf area density.
+  bool passes_foliage() const;
   bool moves_objects() const { return moving_objects_.has_value(); }
   /// When the given share of the station has been scanned, counted from the begin of the first station. Requires
   /// that it moves objects.

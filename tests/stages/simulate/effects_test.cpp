@@ -160,12 +160,17 @@ std::vector<ChosenEffect> all_effects() {
 
 TEST(Effects, TheSameBytesOnAnyNumberOfThreadsAndInAnyOrderOfNames) {
   auto named = all_effects();
-  const Scan one = scan(ball(5), inside(), {.threads = 1}, effects(named));
+  std::vector<SceneObject> objects = ball(5);
+  for (const double x : {2.0, 3.0}) {
+    objects.push_back(object(make_sphere(1.5), {x, 0, 0}, kWhite));
+    objects.back().leaf_area_density = 0.5;
+  }
+  const Scan one = scan(objects, inside(), {.threads = 1}, effects(named));
   EXPECT_GT(one.told, 10'000U);
   for (const unsigned threads : {2U, 7U})
-    EXPECT_TRUE(scan(ball(5), inside(), {.threads = threads}, effects(named)).bytes == one.bytes);
+    EXPECT_TRUE(scan(objects, inside(), {.threads = threads}, effects(named)).bytes == one.bytes);
   std::reverse(named.begin(), named.end());
-  EXPECT_TRUE(scan(ball(5), inside(), {}, effects(named)).bytes == one.bytes);
+  EXPECT_TRUE(scan(objects, inside(), {}, effects(named)).bytes == one.bytes);
 }
 
 TEST(Effects, OtherSeedsAndStationsDrawOtherNumbers) {
@@ -439,6 +444,46 @@ TEST(Foliage, GivesSeveralReturnsWhoseNumberIsPoissons) {
     last = 0;
   }
   EXPECT_LE(scan(objects, along_x(20'000), {}, effects({foliage(2, 0.25)})).told, 40'000U);
+}
+
+TEST(Foliage, MayTouchFoliageAndWhatIsSolid) {
+  const SceneObject near = slab(5, 9, 0.4), far = slab(9, 13, 0.2), wall = slab(20, 21);
+  for (const auto& objects : {std::vector{near, far, wall}, std::vector{far, wall, near}}) {
+    const Scan hedge = scan(objects, along_x(20'000), {}, effects({foliage(1, 1)}));
+    expect_share(count_within(hedge, 19, 21), 20'000, std::exp(-0.5 * (0.4 * 4 + 0.2 * 4)));
+    EXPECT_EQ(count_within(hedge, 13, 19.9), 0U);
+  }
+  for (const auto& objects : {std::vector{near, slab(9, 10)}, std::vector{slab(9, 10), near}}) {
+    const Scan before_wall = scan(objects, along_x(20'000), {}, effects({foliage(1, 1)}));
+    EXPECT_EQ(before_wall.told, 20'000U);
+    EXPECT_EQ(count_within(before_wall, 9 + 1e-6, 99), 0U);
+    expect_share(count_within(before_wall, 9 - 1e-9, 9 + 1e-6), 20'000, std::exp(-0.5 * 0.4 * 4));
+  }
+}
+
+TEST(Foliage, HasTheWayThroughItsShape) {
+  // Along a diameter, along the axis of a lying cylinder, and from a station inside a box.
+  SceneObject crown = object(make_sphere(1.5), {5, 0, 0}, kWhite);
+  SceneObject hedge = object(make_cylinder(2, 3), {10, 0, 0}, kWhite);
+  hedge.pose = pose_at({10, 0, 0}, turned(0, 90, 0));
+  SceneObject around = object(make_box({4, 4, 4}), {}, kWhite);
+  const auto share_through = [](SceneObject leafy) {
+    leafy.leaf_area_density = 0.4;
+    return count_within(scan({leafy, slab(20, 21)}, along_x(20'000), {}, effects({foliage(1, 1)})),
+                        19, 21);
+  };
+  expect_share(share_through(crown), 20'000, std::exp(-0.5 * 0.4 * 3));
+  expect_share(share_through(hedge), 20'000, std::exp(-0.5 * 0.4 * 3));
+  expect_share(share_through(around), 20'000, std::exp(-0.5 * 0.4 * 2));
+}
+
+TEST(Foliage, IsNotWidenedByTheBeam) {
+  const auto leaves = [](std::vector<ChosenEffect> named) {
+    return scan({slab(5, 9, 0.6)}, along_x(20'000), {}, effects(std::move(named)));
+  };
+  const Scan alone = leaves({foliage(1, 1)});
+  expect_share(alone.told, 20'000, 1 - std::exp(-0.5 * 0.6 * 4));
+  EXPECT_TRUE(leaves({foliage(1, 1), divergence(0.02, 0.3, 7)}).bytes == alone.bytes);
 }
 
 TEST(Foliage, IsSolidWhereItIsNotNamed) {
