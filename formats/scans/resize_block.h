@@ -18,7 +18,7 @@ inline std::size_t block_points_for(std::size_t record_bytes) {
 }
 
 /// Makes `block` hold `count` points with the attributes of `schema`. Buffers that are large enough
-/// are used again; their contents are unspecified.
+/// are used again; their contents are unspecified, but for points that remain of more.
 inline void resize_block(const Schema& schema, PositionEncoding encoding, std::size_t count,
                          PointBlock& block) {
   const bool steps = encoding == PositionEncoding::kSteps;

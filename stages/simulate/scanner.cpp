@@ -23,6 +23,8 @@ using formats::ScanInfo;
 /// Rays of one piece of work, whatever the number of threads.
 constexpr std::uint64_t kPieceRays = 16384;
 static_assert(kPieceRays <= formats::kBlockPoints);
+/// Echoes that are on their way into a block: few enough to stay in the processor's cache.
+constexpr std::size_t kPendingEchoes = 128;
 /// Enough to estimate the share of hits.
 constexpr double kCoarseRays = 20000;
 
@@ -52,8 +54,16 @@ class StationScan {
   /// What comes of the rays from `first` on.
   std::unique_ptr<Piece> scan(std::uint64_t first, std::uint64_t count) const {
     auto piece = std::make_unique<Piece>();
+    PointBlock& block = piece->block;
+    formats::resize_block(description_.schema, description_.encoding,
+                          count * effects_.most_echoes(), block);
+    std::size_t recorded = 0;
     std::vector<Echo> echoes;
-    echoes.reserve(count);
+    echoes.reserve(kPendingEchoes + effects_.most_echoes());
+    const auto record_all = [&] {
+      for (const Echo& echo : echoes) record(echo, recorded++, block);
+      echoes.clear();
+    };
     const std::uint64_t rows = station_.raster.rows;
     SineCosine azimuth{};
     for (std::uint64_t ray = first; ray < first + count; ++ray) {
@@ -66,10 +76,10 @@ class StationScan {
       if (const auto echo = view_.look(ray, direction)) of_ray.add(*echo);
       if (effects_.change_echoes())
         effects_.apply({ray, direction, station_.max_range, view_}, of_ray, piece->effect_calls);
+      if (echoes.size() >= kPendingEchoes) record_all();
     }
-    PointBlock& block = piece->block;
-    formats::resize_block(description_.schema, description_.encoding, echoes.size(), block);
-    for (std::size_t i = 0; i < echoes.size(); ++i) record(echoes[i], i, block);
+    record_all();
+    formats::resize_block(description_.schema, description_.encoding, recorded, block);
     return piece;
   }
 
