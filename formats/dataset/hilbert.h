@@ -1,7 +1,7 @@
 // Keys along the three-dimensional Hilbert curve. Points whose keys are close are close in space, so
 // sorting by key orders the points of a node, its clustering cells and the nodes in a file.
 // Based on: C. Hamilton, "Compact Hilbert Indices", Dalhousie University CS-2006-07: entry points and
-// directions of the sub-cubes; turned at compile time into a table so that a key takes a look-up a bit.
+// directions of the sub-cubes; turned at compile time into a table so that a key takes a look-up for two bits.
 #pragma once
 
 #include <array>

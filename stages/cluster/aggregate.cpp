@@ -23,13 +23,23 @@ namespace {
 /// Covers the rounding of a square root of sums of products, so that bounds stay bounds.
 constexpr double kRoundUp = 1 + 1e-12;
 
+/// floor(a / b) for b > 0.
+template <typename Integer>
+std::int64_t floor_of_quotient(Integer a, Integer b) {
+  const Integer quotient = a / b;
+  return static_cast<std::int64_t>(a % b < 0 ? quotient - 1 : quotient);
+}
+
 /// floor(a / b + 1/2) for b > 0.
 std::int64_t divide_rounded(Int128 a, std::uint64_t b) {
   const Int128 twice = 2 * a + static_cast<Int128>(b);
   const Int128 divisor = 2 * static_cast<Int128>(b);
-  Int128 quotient = twice / divisor;
-  if (twice % divisor < 0) --quotient;
-  return static_cast<std::int64_t>(quotient);
+  // Processors divide shorter integers several times as fast.
+  const auto short_twice = static_cast<std::int64_t>(twice);
+  const auto short_divisor = static_cast<std::int64_t>(divisor);
+  if (short_twice == twice && short_divisor == divisor)
+    return floor_of_quotient(short_twice, short_divisor);
+  return floor_of_quotient(twice, divisor);
 }
 
 Steps difference(const GridPoint& a, const GridPoint& b) {

@@ -68,6 +68,17 @@ Level unit_level(const Tree& tree) {
   return level;
 }
 
+/// The points in the order of their groups, in each as in `order`: a counting sort.
+std::vector<std::uint32_t> order_by_group(const std::vector<std::uint32_t>& order,
+                                          const std::vector<std::uint32_t>& group_of) {
+  std::vector<std::uint32_t> next(*std::ranges::max_element(group_of) + 2);
+  for (const std::uint32_t group : group_of) ++next[group + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<std::uint32_t> sorted(order.size());
+  for (const std::uint32_t point : order) sorted[next[group_of[point]]++] = point;
+  return sorted;
+}
+
 class TreeClusterer {
  public:
   TreeClusterer(const ClusterInput& input, NodeSink& sink, Context& context)
@@ -168,10 +179,7 @@ class TreeClusterer {
 
   /// Stores a leaf's points in the order of their representatives, along the curve within each.
   void group_by_representative(WorkingNode& leaf, const CurveOrder& curve, Reduction& reduction) {
-    std::vector<std::uint32_t> order = curve.order;
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return reduction.representative[a] < reduction.representative[b];
-    });
+    const std::vector<std::uint32_t> order = order_by_group(curve.order, reduction.representative);
     reorder_leaf(leaf, in_.header.schema, order);
     std::vector<std::uint32_t> moved(order.size()), place(order.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) {

@@ -6,6 +6,7 @@
 
 #include "stages/cluster/center_tree.h"
 #include "stages/cluster/normals.h"
+#include "stages/vector_path.h"
 
 namespace cairn::stages {
 
@@ -14,6 +15,9 @@ using formats::Normal;
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// Covers the rounding of squared distances.
+constexpr double kRoundUp = 1 + 1e-9;
 
 struct Centers {
   std::vector<Location> place;
@@ -59,20 +63,14 @@ std::vector<std::uint32_t> points_that_stay(const Centers& centers,
   return nearest;
 }
 
-/// For each center the square of half its distance to the nearest other: a point within it is nearest to that center.
-/// (C. Elkan, "Using the triangle inequality to accelerate k-means", 2003, lemma 1.)
-std::vector<double> squared_half_gaps(const std::vector<Location>& centers,
-                                      const CenterTree& tree) {
-  std::vector<double> squares(centers.size());
-  for (std::uint32_t r = 0; r < centers.size(); ++r) {
-    double nearest = std::numeric_limits<double>::infinity();
-    tree.search(centers[r], nearest, [&](std::uint32_t other, double square) {
-      return other == r ? nearest : nearest = std::min(nearest, square);
-    });
-    squares[r] = nearest / 4;
-  }
-  return squares;
-}
+/// The centers that points of a cluster may move to.
+struct Surroundings {
+  std::uint32_t first, last;  ///< into Pass::near_
+  bool complete;              ///< else there are too many to list
+  /// Of half the distance to the nearest of them: a point within it is nearest to its own center. (C. Elkan, "Using the
+  /// triangle inequality to accelerate k-means", 2003, lemma 1.)
+  double square_at_home;
+};
 
 class Pass {
  public:
@@ -90,29 +88,68 @@ class Pass {
     for (std::size_t i = 0; i < squares.size(); ++i)
       squares[i] = squared_distance(places_[i], centers_.place[representative_[i]]);
     const std::vector<std::uint32_t> stays = points_that_stay(centers_, squares, representative_);
-    const std::vector<double> at_home = squared_half_gaps(centers_.place, tree_);
+    const std::vector<Surroundings> surroundings = look_around(squares);
     for (const std::uint32_t i : node_.curve.order) {
       const std::uint32_t own = representative_[i];
-      if (squares[i] > at_home[own] && stays[own] != i)
-        representative_[i] = nearest_center(i, squares[i]);
+      if (squares[i] > surroundings[own].square_at_home && stays[own] != i)
+        representative_[i] = nearest_center(i, squares[i], surroundings[own]);
     }
   }
 
  private:
+  /// More centers about one are rare, but there may be very many.
+  static constexpr std::size_t kMostListed = 32;
+
+  /// Centers that are nearer to a point than its own are less than twice as far from that one as the point is.
+  std::vector<Surroundings> look_around(const std::vector<double>& squares) {
+    std::vector<double> farthest(centers_.place.size());
+    for (std::size_t i = 0; i < squares.size(); ++i)
+      farthest[representative_[i]] = std::max(farthest[representative_[i]], squares[i]);
+    std::vector<Surroundings> surroundings;
+    surroundings.reserve(farthest.size());
+    for (std::uint32_t r = 0; r < farthest.size(); ++r)
+      surroundings.push_back(look_around(r, kRoundUp * 4 * farthest[r]));
+    return surroundings;
+  }
+
+  Surroundings look_around(std::uint32_t center, double limit) {
+    Surroundings found{static_cast<std::uint32_t>(near_.size()), 0, true, limit};
+    tree_.search(centers_.place[center], limit, [&](std::uint32_t other, double square) {
+      if (other == center) return limit;
+      if (near_.size() - found.first == kMostListed) {
+        found.complete = false;
+        return 0.0;
+      }
+      near_.push_back(other);
+      found.square_at_home = std::min(found.square_at_home, square / 4);
+      return limit;
+    });
+    found.last = static_cast<std::uint32_t>(near_.size());
+    if (!found.complete) found.square_at_home = 0;
+    return found;
+  }
+
   /// Of those that face the point's way; its own one if none is nearer.
-  std::uint32_t nearest_center(std::uint32_t point, double own_square) const {
+  std::uint32_t nearest_center(std::uint32_t point, double own_square,
+                               const Surroundings& around) const {
     const std::uint32_t own = representative_[point];
+    const Location place = places_[point];
     const Normal normal = node_.normal.empty() ? Normal{0, 0, 0} : node_.normal[point];
     const float least = std::min(min_cosine_, agreement_with(own, normal));
     std::uint32_t best = own;
     double best_square = own_square;
-    tree_.search(places_[point], best_square, [&](std::uint32_t r, double square) {
-      if (agreement_with(r, normal) >= least) {
+    const auto consider = [&](std::uint32_t r, double square) {
+      if (square < best_square && agreement_with(r, normal) >= least) {
         best = r;
         best_square = square;
       }
       return best_square;
-    });
+    };
+    if (around.complete)
+      for (std::uint32_t k = around.first; k < around.last; ++k)
+        consider(near_[k], squared_distance(place, centers_.place[near_[k]]));
+    else
+      tree_.search(place, best_square, consider);
     return best;
   }
 
@@ -126,13 +163,17 @@ class Pass {
   const Centers centers_;
   const CenterTree tree_;
   const float min_cosine_;
+  std::vector<std::uint32_t> near_;
 };
+
+void run(Pass& pass) { pass.run(); }
 
 }  // namespace
 
 void lloyd_pass(const NodeView& node, float theta_degrees, std::uint64_t quota,
                 std::vector<std::uint32_t>& representative) {
-  Pass(node, theta_degrees, quota, representative).run();
+  Pass pass(node, theta_degrees, quota, representative);
+  vectorized<run>(pass);
 }
 
 }  // namespace cairn::stages

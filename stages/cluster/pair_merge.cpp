@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stages/cluster/normals.h"
+#include "stages/vector_path.h"
 
 namespace cairn::stages {
 namespace {
@@ -22,30 +23,48 @@ constexpr float kLeastRelaxation = 1;
 
 using Keys = std::array<std::int32_t, kMaxListLength>;
 
-/// For cluster i the key of the pair with its cheapest partner within the threshold, or kBlocked. Costs and the
-/// threshold are the same seen from both clusters of a pair, bit by bit: otherwise partners could form a
-/// ring in which no two choose each other.
-std::int32_t cheapest_partner(const MergeList& list, std::uint32_t i, float min_cosine) {
-  const float x = list.x[i], y = list.y[i], z = list.z[i], area = list.area[i];
-  const float nx = list.nx[i], ny = list.ny[i], nz = list.nz[i];
-  const float own = nx * nx + ny * ny + nz * nz;
-  alignas(32) Keys keys;
-  for (std::uint32_t j = 0; j < list.count; ++j) {
-    const float dx = list.x[j] - x, dy = list.y[j] - y, dz = list.z[j] - z;
-    const float cost =
-        (dx * dx + dy * dy + dz * dz) * ((area * list.area[j]) / (area + list.area[j]));
-    const float dot = list.nx[j] * nx + list.ny[j] * ny + list.nz[j] * nz;
-    const float other = list.nx[j] * list.nx[j] + list.ny[j] * list.ny[j] + list.nz[j] * list.nz[j];
-    // A missing normal makes both sides zero.
-    const float limit = own * other > 0.25F ? min_cosine : -2.0F;
-    const std::int32_t key =
-        (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | static_cast<std::int32_t>(i ^ j);
-    keys[j] = dot >= limit ? key : kBlocked;
+/// Clusters whose partners are looked for together: as many as the widest vectors hold.
+constexpr std::uint32_t kLanes = 16;
+static_assert(kMaxListLength % kLanes == 0);
+
+/// Fills the last lanes with numbers, whatever they are.
+void pad(MergeList& list) {
+  for (std::uint32_t j = list.count; j % kLanes != 0; ++j) {
+    list.x[j] = list.y[j] = list.z[j] = 0;
+    list.area[j] = 1;
+    list.nx[j] = list.ny[j] = list.nz[j] = 0;
   }
-  keys[i] = kBlocked;
-  std::int32_t best = kBlocked;
-  for (std::uint32_t j = 0; j < list.count; ++j) best = std::min(best, keys[j]);
-  return best;
+}
+
+/// For each cluster of a padded list the key of the pair with its cheapest partner within the threshold, or kBlocked.
+/// Costs and the threshold are the same seen from both clusters of a pair, bit by bit: otherwise partners could form a
+/// ring in which no two choose each other.
+void find_partners(const MergeList& list, float min_cosine, Keys& partner) {
+  for (std::uint32_t first = 0; first < list.count; first += kLanes) {
+    alignas(64) std::array<std::int32_t, kLanes> best;
+    best.fill(kBlocked);
+    for (std::uint32_t j = 0; j < list.count; ++j) {
+      const float x = list.x[j], y = list.y[j], z = list.z[j], area = list.area[j];
+      const float nx = list.nx[j], ny = list.ny[j], nz = list.nz[j];
+      const float own = nx * nx + ny * ny + nz * nz;
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        const std::uint32_t i = first + lane;
+        const float dx = list.x[i] - x, dy = list.y[i] - y, dz = list.z[i] - z;
+        const float cost =
+            (dx * dx + dy * dy + dz * dz) * ((area * list.area[i]) / (area + list.area[i]));
+        const float dot = list.nx[i] * nx + list.ny[i] * ny + list.nz[i] * nz;
+        const float other =
+            list.nx[i] * list.nx[i] + list.ny[i] * list.ny[i] + list.nz[i] * list.nz[i];
+        // A missing normal makes both sides zero.
+        const float limit = own * other > 0.25F ? min_cosine : -2.0F;
+        const auto parted = static_cast<std::int32_t>(i ^ j);
+        const std::int32_t key = (std::bit_cast<std::int32_t>(cost) & ~kIndexMask) | parted;
+        const std::int32_t allowed = dot >= limit && parted != 0 ? key : kBlocked;
+        best[lane] = std::min(best[lane], allowed);
+      }
+    }
+    std::copy(best.begin(), best.end(), partner.begin() + first);
+  }
 }
 
 void merge_into(MergeList& list, std::uint32_t a, std::uint32_t b) {
@@ -107,9 +126,9 @@ std::uint32_t first_pair(const MergeList& list, Keys& partner) {
 
 /// Pairs that are each other's cheapest partner, as keys of (cost, first), ascending: at least one, unless
 /// all are blocked.
-std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& partner,
-                               Keys& pairs) {
-  for (std::uint32_t i = 0; i < list.count; ++i) partner[i] = cheapest_partner(list, i, min_cosine);
+std::uint32_t reciprocal_pairs(MergeList& list, float min_cosine, Keys& partner, Keys& pairs) {
+  pad(list);
+  find_partners(list, min_cosine, partner);
   std::uint32_t found = 0;
   bool blocked = true;
   for (std::uint32_t i = 0; i < list.count; ++i) {
@@ -125,9 +144,7 @@ std::uint32_t reciprocal_pairs(const MergeList& list, float min_cosine, Keys& pa
   return found;
 }
 
-}  // namespace
-
-MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta) {
+MergeOutcome merge(MergeList& list, std::uint32_t target, ThetaRule theta) {
   MergeOutcome outcome;
   float theta_degrees = theta.start_degrees, penalty = 1;
   float min_cosine = cosine_of_limit(theta.start_degrees);
@@ -155,6 +172,12 @@ MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta)
     remove_marked(list, removed);
   }
   return outcome;
+}
+
+}  // namespace
+
+MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta) {
+  return vectorized<merge>(list, target, theta);
 }
 
 }  // namespace cairn::stages

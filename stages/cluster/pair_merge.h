@@ -14,7 +14,7 @@
 namespace cairn::stages {
 
 /// The clusters of one list, as columns. Coordinates relative to the list, in any one unit.
-struct alignas(32) MergeList {
+struct alignas(64) MergeList {
   std::array<float, kMaxListLength> x, y, z;
   std::array<float, kMaxListLength> weight;  ///< input points: centers and normals are their means
   std::array<float, kMaxListLength> area;    ///< covered, in any one unit; above 0

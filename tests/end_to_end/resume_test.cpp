@@ -2,12 +2,12 @@
 // again, ends with the bytes of an undisturbed build, and what stood there before is whole until then.
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <map>
 #include <random>
 #include <thread>
 
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/environment.h"
 #include "tests/support/tiny_scans.h"
 
 namespace cairn::test {
@@ -15,23 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-
-/// Variables of the environment that programs find while it lives.
-class Environment {
- public:
-  explicit Environment(std::map<std::string, std::string> variables)
-      : variables_(std::move(variables)) {
-    for (const auto& [name, value] : variables_) ::setenv(name.c_str(), value.c_str(), 1);
-  }
-  ~Environment() {
-    for (const auto& [name, value] : variables_) ::unsetenv(name.c_str());
-  }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-
- private:
-  std::map<std::string, std::string> variables_;
-};
 
 class Resume : public ProgramTest {
  protected:

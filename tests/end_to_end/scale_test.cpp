@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/environment.h"
 #include "tests/support/sanitizers.h"
 
 namespace cairn::test {
@@ -117,6 +118,23 @@ TEST_F(Scale, SameBytesFromAnyThreadsAndMemory) {
   const std::vector<std::string> scans{make_scan("a.las", "700000", "statue"),
                                        make_scan("b.ply", "600000", "facade")};
   expect_same_bytes(scans, "4000", {{"1", "1GiB"}, {"2", "64MiB"}, {"7", "1GiB"}, {"7", "64MiB"}});
+}
+
+TEST_F(Scale, SameBytesFromAnyVectorInstructions) {
+  const std::vector<std::string> scans{make_scan("a.ply", "60000", "statue")};
+  for (const char* reducer : {"cluster", "random"}) {
+    std::string first;
+    for (const char* path : {"portable", "avx2", "avx512"}) {
+      const Environment environment({{std::string("CAIRN_VECTOR_PATH"), path}});
+      ASSERT_EQ(
+          build({scans[0], "--node-points", "2000", "--reducer", reducer, "--force"}).exit_code, 0);
+      std::string bytes;
+      for (const char* file : {"index.bin", "nodes.bin"})
+        bytes += read_text(std::filesystem::path(output()) / file);
+      if (first.empty()) first = bytes;
+      EXPECT_TRUE(bytes == first) << reducer << " " << path;
+    }
+  }
 }
 
 TEST_F(LongScale, SameBytesFromTwentyMillionPointsAndPeakWithinTheLimit) {
