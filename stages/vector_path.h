@@ -19,13 +19,13 @@ template <auto Function, typename... Arguments>
   return Function(std::forward<Arguments>(arguments)...);
 }
 template <auto Function, typename... Arguments>
-[[gnu::flatten, gnu::target("avx2,bmi,bmi2,lzcnt,popcnt")]] decltype(auto) run_avx2(
+[[gnu::flatten, gnu::target("avx2,bmi,bmi2,popcnt")]] decltype(auto) run_avx2(
     Arguments&&... arguments) {
   return Function(std::forward<Arguments>(arguments)...);
 }
 template <auto Function, typename... Arguments>
 [[gnu::flatten,
-  gnu::target("avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi,bmi2,lzcnt,popcnt")]] decltype(auto)
+  gnu::target("avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi,bmi2,popcnt")]] decltype(auto)
 run_avx512(Arguments&&... arguments) {
   return Function(std::forward<Arguments>(arguments)...);
 }
