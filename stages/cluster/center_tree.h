@@ -27,7 +27,7 @@ class CenterTree {
   /// the first limit, or so.
   template <typename Visit>
   void search(const Location& place, double limit, const Visit& visit) const {
-    std::array<Step, kWidth * kMostLevels> steps;
+    std::array<Step, std::size_t{kWidth} * kMostLevels> steps;
     std::size_t count = 0;
     steps[count++] = {.square = 0, .level = top_, .node = 0};
     while (count > 0) {
