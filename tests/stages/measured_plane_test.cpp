@@ -38,12 +38,12 @@ struct OverLimit {
 
 class LongMeasuredPlane : public test::MeasuredGeometry {
  protected:
-  static void SetUpTestSuite() { points_ = tilted_plane(kPoints, kSide, 3); }
-  static void TearDownTestSuite() { points_ = {}; }
+  static void SetUpTestSuite() { cloud = tilted_plane(kPoints, kSide, 3); }
+  static void TearDownTestSuite() { cloud = {}; }
 
   /// After three levels, with 64 points a representative.
   OverLimit measure_plane(const std::string& reducer, const ClusterOptions& clustering = {}) {
-    const auto path = build({.points = points_,
+    const auto path = build({.points = cloud,
                              .scale = {kScale, kScale, kScale},
                              .offset = {5e5, 5e6, 300},
                              .node_points = kPoints / 64,
@@ -67,7 +67,7 @@ class LongMeasuredPlane : public test::MeasuredGeometry {
  private:
   static constexpr std::size_t kPoints = std::size_t{1} << 20;
   static constexpr double kSide = 2e7, kScale = 1e-4;
-  static inline std::vector<GridPoint> points_;
+  static inline std::vector<GridPoint> cloud;
 };
 
 TEST_F(LongMeasuredPlane, ClustersComeNearTheHexagonalLimit) {
