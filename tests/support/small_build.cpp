@@ -13,7 +13,6 @@
 namespace cairn::test {
 namespace {
 
-using formats::Attribute;
 using formats::ReduceRule;
 using formats::ScalarType;
 
