@@ -9,6 +9,7 @@
 #include "stages/cluster/numbering.h"
 #include "stages/cluster/places.h"
 #include "stages/mix.h"
+#include "stages/vector_path.h"
 
 namespace cairn::stages {
 namespace {
@@ -70,7 +71,7 @@ Reduction SamplingReducer::reduce(const NodeView& node, std::uint64_t quota) con
   const std::vector<std::uint32_t> chosen =
       pick_ == Pick::kFirst ? first_of_runs(node, quota) : any_of(node, quota);
   Reduction reduction;
-  reduction.representative = nearest_of(node, chosen);
+  reduction.representative = vectorized<nearest_of>(node, chosen);
   reduction.chosen.reserve(quota);
   for (const std::uint32_t old : number_along(node.curve.order, quota, reduction.representative))
     reduction.chosen.push_back(chosen[old]);
