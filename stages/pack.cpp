@@ -100,7 +100,7 @@ formats::NodeRecord describe_node(const formats::DatasetHeader& header, const Cl
   formats::NodeRecord record;
   record.id = node.id;
   record.box = node.subtree_box;
-  for (const formats::GridPoint& p : decoded.position) record.box.add(p);
+  record.box.add(formats::box_of(decoded.position));
   record.weight = node.weight;
   record.block_start = node.block_start;
   record.cover_factor = cover_factor_of(node.reach, decoded, displacement_bound);

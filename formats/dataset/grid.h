@@ -3,9 +3,11 @@
 // the order of summation nor on where the scans lie (UTM, Earth-centred).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 namespace cairn::formats {
 
@@ -60,6 +62,17 @@ struct GridBox {
 
   friend bool operator==(const GridBox&, const GridBox&) = default;
 };
+
+/// The tight box of points.
+inline GridBox box_of(std::span<const GridPoint> points) {
+  auto [low, high] = GridBox{};
+  for (const GridPoint& p : points)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], p[axis]);
+      high[axis] = std::max(high[axis], p[axis]);
+    }
+  return {low, high};
+}
 
 /// Squared world distance between two grid points. The differences are exact; the rest is rounded to
 /// nearest, so the result carries a relative error below 2^-50.

@@ -1,10 +1,13 @@
 #include "formats/dataset/lanes.h"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 
 #include "formats/bytes.h"
 #include "formats/dataset/normal_map.h"
+#include "formats/vector_path.h"
 
 namespace cairn::formats {
 namespace {
@@ -23,6 +26,14 @@ U unzigzag(U z) {
 
 template <typename U>
 void gather(const std::byte* points, std::uint32_t components, std::size_t n, U* out) {
+  if (components == 3) {  // positions and colours: one pass
+    for (std::size_t i = 0; i < n; ++i, points += 3 * sizeof(U)) {
+      out[i] = load_le<U>(points);
+      out[kLaneBlock + i] = load_le<U>(points + sizeof(U));
+      out[2 * kLaneBlock + i] = load_le<U>(points + 2 * sizeof(U));
+    }
+    return;
+  }
   for (std::uint32_t c = 0; c < components; ++c)
     for (std::size_t i = 0; i < n; ++i)
       out[c * kLaneBlock + i] = load_le<U>(points + (i * components + c) * sizeof(U));
@@ -88,6 +99,18 @@ void from_cube_digits(U* block, std::size_t n) {
   }
 }
 
+/// The first of n values becomes its difference to `previous`, each other that to the one before. Returns the last value.
+template <typename U>
+U differences(U* lane, std::size_t n, U previous, bool monotone) {
+  std::array<U, kLaneBlock + 1> values;
+  values[0] = previous;
+  std::copy_n(lane, n, values.begin() + 1);
+  for (std::size_t i = 0; i < n; ++i) lane[i] = static_cast<U>(values[i + 1] - values[i]);
+  if (!monotone)
+    for (std::size_t i = 0; i < n; ++i) lane[i] = zigzag(lane[i]);
+  return values[n];
+}
+
 }  // namespace
 
 bool plan_fits(const LanePlan& plan, const ColumnShape& shape) {
@@ -123,6 +146,11 @@ LaneSplitter<U>::LaneSplitter(const ColumnShape& shape, const LanePlan& plan)
 
 template <std::unsigned_integral U>
 void LaneSplitter<U>::split(const std::byte* points, std::size_t n, std::span<U> out) {
+  vectorized<&LaneSplitter::split_block>(*this, points, n, out);
+}
+
+template <std::unsigned_integral U>
+void LaneSplitter<U>::split_here(const std::byte* points, std::size_t n, std::span<U> out) {
   gather(points, components_, n, out.data());
   if (plan_.has(LanePlan::kFactor))
     for (std::size_t c = 0; c < components_; ++c)
@@ -139,16 +167,8 @@ void LaneSplitter<U>::split(const std::byte* points, std::size_t n, std::span<U>
   if (plan_.has(LanePlan::kCubeDigits)) to_cube_digits(out.data(), n);
   if (plan_.has(LanePlan::kAbsolute)) return;
   const bool monotone = plan_.has(LanePlan::kMonotone);
-  for (std::size_t l = 0; l < lanes_; ++l) {
-    U* lane = out.data() + l * kLaneBlock;
-    U previous = previous_[l];
-    for (std::size_t i = 0; i < n; ++i) {
-      const U difference = static_cast<U>(lane[i] - previous);
-      previous = lane[i];
-      lane[i] = monotone ? difference : zigzag(difference);
-    }
-    previous_[l] = previous;
-  }
+  for (std::size_t l = 0; l < lanes_; ++l)
+    previous_[l] = differences(out.data() + l * kLaneBlock, n, previous_[l], monotone);
 }
 
 template <std::unsigned_integral U>

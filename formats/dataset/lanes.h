@@ -58,6 +58,12 @@ class LaneSplitter {
   void split(const std::byte* points, std::size_t n, std::span<U> out);
 
  private:
+  static void split_block(LaneSplitter& splitter, const std::byte* points, std::size_t n,
+                          std::span<U> out) {
+    splitter.split_here(points, n, out);
+  }
+  void split_here(const std::byte* points, std::size_t n, std::span<U> out);
+
   std::uint32_t components_;
   LanePlan plan_;
   std::size_t lanes_;

@@ -10,6 +10,7 @@
 #include "formats/dataset/normal_column.h"
 #include "formats/dataset/quantize.h"
 #include "formats/error.h"
+#include "formats/vector_path.h"
 
 namespace cairn::formats {
 namespace {
@@ -31,6 +32,23 @@ QuantizationError quantize_normals(ScalarType type, std::vector<std::byte>& colu
   }
   column = std::move(decoded);
   return {std::acos(least_cosine) * 180 / std::numbers::pi, kMaxNormalErrorDegrees};
+}
+
+/// The box of the positions, and the radii's extremes.
+void measure(const NodeData& points, GridBox& box, float& radius_min, float& radius_max) {
+  box = box_of(points.position);
+  float least = std::numeric_limits<float>::infinity(), most = 0;
+  bool valid = true;
+#pragma omp simd reduction(min : least) reduction(max : most) reduction(& : valid)
+  for (std::size_t i = 0; i < points.radius.size(); ++i) {
+    const float radius = points.radius[i];
+    valid &= radius >= 0 && radius <= std::numeric_limits<float>::max();
+    least = radius < least ? radius : least;
+    most = radius > most ? radius : most;
+  }
+  CAIRN_CHECK(valid);
+  radius_min = least;
+  radius_max = most;
 }
 
 bool normals_are_estimated(const Schema& schema) {
@@ -55,12 +73,7 @@ NodeFrame::NodeFrame(const DatasetHeader& header, bool leaf)
 NodeFrame NodeFrame::fit(const DatasetHeader& header, bool leaf, const NodeData& points) {
   CAIRN_CHECK(points.count() > 0 && points.radius.size() == points.count());
   NodeFrame frame(header, leaf);
-  for (const GridPoint& p : points.position) frame.position_box_.add(p);
-  const auto [least, most] = std::ranges::minmax(points.radius);
-  CAIRN_CHECK(
-      std::ranges::all_of(points.radius, [](float r) { return std::isfinite(r) && r >= 0; }));
-  frame.radius_min_ = least;
-  frame.radius_max_ = most;
+  vectorized<measure>(points, frame.position_box_, frame.radius_min_, frame.radius_max_);
   return frame;
 }
 
@@ -106,7 +119,9 @@ QuantizationError NodeFrame::quantize_positions(const Grid& grid,
 std::vector<float> NodeFrame::quantized_radii(std::vector<float> radii) const {
   if (radii_exact_) return radii;
   const RadiusQuantizer quantizer(radius_min_, radius_max_);
-  for (float& radius : radii) radius = quantizer.decode(quantizer.encode(radius));
+  std::vector<std::uint8_t> codes(radii.size());
+  quantizer.encode(radii, codes);
+  quantizer.decode(codes, radii);
   return radii;
 }
 

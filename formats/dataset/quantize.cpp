@@ -166,7 +166,9 @@ std::uint8_t RadiusQuantizer::encode(float radius) const {
 
 void RadiusQuantizer::encode(std::span<const float> radii, std::span<std::uint8_t> codes) const {
   CAIRN_CHECK(codes.size() == radii.size());
-  for (std::size_t i = 0; i < radii.size(); ++i) codes[i] = encode(radii[i]);
+  // Neighbours often have one radius.
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    codes[i] = i > 0 && radii[i] == radii[i - 1] ? codes[i - 1] : encode(radii[i]);
 }
 
 void RadiusQuantizer::decode(std::span<const std::uint8_t> codes, std::span<float> radii) const {

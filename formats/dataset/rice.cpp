@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "formats/bytes.h"
+#include "formats/vector_path.h"
 
 namespace cairn::formats {
 namespace {
@@ -21,6 +22,10 @@ constexpr std::size_t kSlack = 9;
 
 /// The widest remainders of which four, behind up to 7 bits of the one before, fit into a 64-bit word.
 constexpr unsigned kFourToAWord = 14;
+
+/// Quotients that add up to no more let no wider remainders pay: a bit more takes a whole block 8 bytes, and the map of the
+/// quotients, which it makes shorter, loses 7 at most.
+constexpr std::uint64_t kFewQuotients = 55;
 
 constexpr std::size_t bytes_for(std::size_t bits) { return (bits + 7) / 8; }
 
@@ -41,13 +46,21 @@ std::size_t quotient_sum(std::span<const U> values, unsigned width) {
 template <typename U>
 Choice choose(std::span<const U> values) {
   U all = 0;
-  for (const U value : values) all = static_cast<U>(all | value);
+  std::uint64_t sum = 0;
+  for (const U value : values) {
+    all = static_cast<U>(all | value);
+    sum += value;  // of the widest modulo 2^64: not asked for
+  }
   const auto needed = static_cast<unsigned>(std::bit_width(all));
   Choice best{needed, false, bytes_for(values.size() * needed)};
   // From the widest remainders down, sums grow and remainders shrink: the cost has one valley.
   const unsigned narrowest = needed > kQuotientBits ? needed - kQuotientBits : 0;
+  unsigned above = needed;
+  // No width above the first with few quotients is cheaper than that.
+  if (sizeof(U) < 8 && values.size() == kRiceBlock)
+    while (above > narrowest + 2 && sum >> (above - 2) <= kFewQuotients) --above;
   std::size_t before = std::numeric_limits<std::size_t>::max() - 1;
-  for (unsigned width = needed; width-- > narrowest;) {
+  for (unsigned width = above; width-- > narrowest;) {
     const std::size_t cost =
         bytes_for(values.size() * width) + bytes_for(quotient_sum(values, width) + values.size());
     if (cost < best.size_bytes) best = {width, true, cost};
@@ -144,7 +157,7 @@ std::optional<std::size_t> read_quotients(std::span<const std::byte> bytes, unsi
 
 template <std::unsigned_integral U>
 void rice_encode(std::span<const U> values, std::vector<std::byte>& out) {
-  const Choice choice = choose(values);
+  const Choice choice = vectorized<choose<U>>(values);
   const std::size_t at = out.size();
   out.resize(at + 1 + choice.size_bytes);
   out[at] = static_cast<std::byte>(choice.width | (choice.quotients ? kQuotientFlag : 0));

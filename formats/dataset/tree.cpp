@@ -66,7 +66,9 @@ std::uint32_t Tree::best_fanout(std::uint64_t points, std::uint64_t target_point
     const std::uint64_t size = Tree(points, fanout, target_points).node_points();
     const std::uint64_t distance =
         size > target_points ? size - target_points : target_points - size;
-    if (distance < best_distance) {
+    // Powers of two tie. Of the 3.65 million points of Autzen pictures of 200,000 and 500,000 points have a PSNR that is 0.5 to
+    // 0.9 dB higher by 2 than by 4, and 0.1 to 2 dB lower by 8; builds take 1.4 and 0.9 of the time.
+    if (distance < best_distance || (distance == best_distance && fanout == 4)) {
       best = fanout;
       best_distance = distance;
     }

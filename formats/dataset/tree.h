@@ -36,7 +36,7 @@ class Tree {
   /// Requires points >= 1, fanout in 2..64, target_points >= fanout; throws Error (kUsage) otherwise.
   Tree(std::uint64_t points, std::uint32_t fanout, std::uint64_t target_points);
 
-  /// The fan-out of 2..8 whose node size comes closest to `target_points`; the smaller one on a tie.
+  /// The fan-out of 2..8 whose node size comes closest to `target_points`; on a tie 4, or else the smaller one.
   static std::uint32_t best_fanout(std::uint64_t points, std::uint64_t target_points);
 
   std::uint64_t points() const { return points_; }

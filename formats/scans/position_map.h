@@ -31,6 +31,11 @@ class PositionMap {
   PositionEncoding encoding() const { return encoding_; }
   /// True if mapping is a whole-number shift of multiples: nothing is rounded.
   bool exact() const { return exact_; }
+  /// True if the scan's steps are the grid's.
+  bool same() const {
+    return exact_ && factor_ == std::array<std::int64_t, 3>{1, 1, 1} &&
+           addend_ == std::array<std::int64_t, 3>{0, 0, 0};
+  }
 
   /// Maps the position stored at `bytes` in the scan's encoding. Coordinates beyond int32 saturate; a
   /// grid from choose_grid has none.

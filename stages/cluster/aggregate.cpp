@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "formats/error.h"
 #include "formats/scalar_value.h"
@@ -23,23 +24,12 @@ namespace {
 /// Covers the rounding of a square root of sums of products, so that bounds stay bounds.
 constexpr double kRoundUp = 1 + 1e-12;
 
-/// floor(a / b) for b > 0.
-template <typename Integer>
-std::int64_t floor_of_quotient(Integer a, Integer b) {
-  const Integer quotient = a / b;
-  return static_cast<std::int64_t>(a % b < 0 ? quotient - 1 : quotient);
-}
-
 /// floor(a / b + 1/2) for b > 0.
-std::int64_t divide_rounded(Int128 a, std::uint64_t b) {
-  const Int128 twice = 2 * a + static_cast<Int128>(b);
-  const Int128 divisor = 2 * static_cast<Int128>(b);
-  // Processors divide shorter integers several times as fast.
-  const auto short_twice = static_cast<std::int64_t>(twice);
-  const auto short_divisor = static_cast<std::int64_t>(divisor);
-  if (short_twice == twice && short_divisor == divisor)
-    return floor_of_quotient(short_twice, short_divisor);
-  return floor_of_quotient(twice, divisor);
+template <typename Wide>
+std::int64_t divide_rounded(Wide a, std::uint64_t b) {
+  const Wide twice = 2 * a + static_cast<Wide>(b), divisor = 2 * static_cast<Wide>(b);
+  const Wide quotient = twice / divisor;
+  return static_cast<std::int64_t>(twice % divisor < 0 ? quotient - 1 : quotient);
 }
 
 Steps difference(const GridPoint& a, const GridPoint& b) {
@@ -91,7 +81,10 @@ class Aggregator {
     out_.bound.resize(quota);
     out_.reach.resize(quota);
     out_.squared_steps = node_.squared_steps;
-    for (std::size_t r = 0; r < quota; ++r) merge_geometry(r);
+    if (fits_64_bits())
+      merge_geometry<std::int64_t>();
+    else
+      merge_geometry<Int128>();
     merge_attributes();
     out_.theta = in_.reduction.theta_degrees;
     out_.grid = in_.reduction.grid;
@@ -103,15 +96,54 @@ class Aggregator {
  private:
   bool sampled() const { return !in_.reduction.chosen.empty(); }
 
+  /// Whether all sums of steps and of their squares stay below 2^62.
+  bool fits_64_bits() const {
+    const formats::GridBox box = formats::box_of(node_.data.position);
+    Uint128 extent = 1, weight = node_.data.weight.empty() ? node_.count() : 0;
+    for (int axis = 0; axis < 3; ++axis)
+      extent = std::max<Uint128>(extent, Uint128{box.span(axis)} + 1);
+    for (const std::uint64_t w : node_.data.weight) weight += w;
+    std::uint64_t residual = 0;
+    for (const Steps& steps : node_.residual)
+      for (const std::int64_t r : steps) {
+        const auto bits = static_cast<std::uint64_t>(r);
+        residual = std::max(residual, r < 0 ? 0 - bits : bits);
+      }
+    // The greatest sum is that of 2 d residual + weight d^2, where no d is above the extent.
+    constexpr Uint128 kLimit = Uint128{1} << 62;
+    const Uint128 residuals = Uint128{2 * node_.count()} * residual;
+    return weight < kLimit / extent / extent / 4 && residuals < kLimit / extent / 4;
+  }
+
+  template <typename Wide>
+  void merge_geometry() {
+    if (node_.data.weight.empty() && node_.residual.empty() && node_.bound.empty())
+      for (std::size_t r = 0; r < in_.quota; ++r) merge_geometry<Wide, true>(r);
+    else
+      for (std::size_t r = 0; r < in_.quota; ++r) merge_geometry<Wide, false>(r);
+  }
+
+  /// The input points of a point; each point of a leaf is one.
+  template <bool kLeaf>
+  std::uint64_t weight_of(std::size_t i) const {
+    if constexpr (kLeaf) return 1;
+    return node_.weight_of(i);
+  }
+  template <bool kLeaf>
+  Steps residual_of(std::size_t i) const {
+    if constexpr (kLeaf) return {};
+    return node_.residual.empty() ? Steps{} : node_.residual[i];
+  }
+
+  template <typename Wide, bool kLeaf>
   GridPoint mean_position(std::span<const std::uint32_t> points, std::uint64_t weight) const {
     const GridPoint& origin = node_.data.position[points[0]];
-    std::array<Int128, 3> sum{};
+    std::array<Wide, 3> sum{};
     for (const std::uint32_t i : points) {
       const Steps d = difference(node_.data.position[i], origin);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        sum[axis] += static_cast<Int128>(node_.weight_of(i)) * d[axis];
-        if (!node_.residual.empty()) sum[axis] += node_.residual[i][axis];
-      }
+      const Steps residual = residual_of<kLeaf>(i);
+      const auto w = static_cast<Wide>(weight_of<kLeaf>(i));
+      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += w * d[axis] + residual[axis];
     }
     GridPoint mean;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -119,43 +151,55 @@ class Aggregator {
     return mean;
   }
 
+  template <typename Wide, bool kLeaf>
   void merge_geometry(std::size_t r) {
     const auto points = members_.of(r);
     std::uint64_t weight = 0;
     double squared_radii = 0;
     for (const std::uint32_t i : points) {
-      weight += node_.weight_of(i);
+      weight += weight_of<kLeaf>(i);
       squared_radii += double{node_.data.radius[i]} * node_.data.radius[i];
     }
-    const GridPoint position =
-        sampled() ? node_.data.position[in_.reduction.chosen[r]] : mean_position(points, weight);
+    const GridPoint position = sampled() ? node_.data.position[in_.reduction.chosen[r]]
+                                         : mean_position<Wide, kLeaf>(points, weight);
     out_.data.position[r] = position;
     out_.data.weight[r] = weight;
     out_.data.radius[r] = merged_radius(squared_radii);
-    for (const std::uint32_t i : points) account_for(i, r, position);
+    account_for<Wide, kLeaf>(points, r, position);
   }
 
-  /// What it adds to the errors that representative r stands for point i.
-  void account_for(std::uint32_t i, std::size_t r, const GridPoint& position) {
-    const Steps d = difference(node_.data.position[i], position);
-    const std::uint64_t weight = node_.weight_of(i);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t residual = node_.residual.empty() ? 0 : node_.residual[i][axis];
-      // sum (x - P)^2 = sum (x - p)^2 + 2 d sum (x - p) + w d^2; the first term is counted already.
-      const Int128 grown = 2 * static_cast<Int128>(d[axis]) * residual +
-                           static_cast<Int128>(weight) * (static_cast<Int128>(d[axis]) * d[axis]);
-      out_.squared_steps[axis] += static_cast<Uint128>(grown);
-      // Single terms may pass 2^63; the total does not, so that adding modulo 2^64 gives it exactly.
-      out_.residual[r][axis] = static_cast<std::int64_t>(
-          static_cast<std::uint64_t>(out_.residual[r][axis]) +
-          static_cast<std::uint64_t>(residual) + weight * static_cast<std::uint64_t>(d[axis]));
+  /// What it adds to the errors that representative r stands for points.
+  template <typename Wide, bool kLeaf>
+  void account_for(std::span<const std::uint32_t> points, std::size_t r,
+                   const GridPoint& position) {
+    std::array<Wide, 3> grown{};
+    Steps sum{};
+    double bound = 0, reach = 0;
+    for (const std::uint32_t i : points) {
+      const Steps d = difference(node_.data.position[i], position);
+      const Steps residual = residual_of<kLeaf>(i);
+      const std::uint64_t weight = weight_of<kLeaf>(i);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        // sum (x - P)^2 = sum (x - p)^2 + 2 d sum (x - p) + w d^2; the first term is counted already.
+        const auto wide = static_cast<Wide>(d[axis]);
+        grown[axis] += 2 * wide * residual[axis] + static_cast<Wide>(weight) * (wide * wide);
+        // Single terms may pass 2^63; the total does not, so that adding modulo 2^64 gives it exactly.
+        sum[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(sum[axis]) +
+                                              static_cast<std::uint64_t>(residual[axis]) +
+                                              weight * static_cast<std::uint64_t>(d[axis]));
+      }
+      const double distance =
+          std::sqrt(squared_distance(in_.grid, node_.data.position[i], position)) * kRoundUp;
+      const double inner = kLeaf || node_.bound.empty() ? 0 : node_.bound[i];
+      bound = std::max(bound, (distance + inner) * kRoundUp);
+      reach =
+          std::max(reach, (distance + in_.displacement + double{in_.decoded_radius[i]}) * kRoundUp);
     }
-    const double distance =
-        std::sqrt(squared_distance(in_.grid, node_.data.position[i], position)) * kRoundUp;
-    const double inner = node_.bound.empty() ? 0 : node_.bound[i];
-    out_.bound[r] = std::max(out_.bound[r], (distance + inner) * kRoundUp);
-    out_.reach[r] = std::max(
-        out_.reach[r], (distance + in_.displacement + double{in_.decoded_radius[i]}) * kRoundUp);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      out_.squared_steps[axis] += static_cast<Uint128>(grown[axis]);
+    out_.residual[r] = sum;
+    out_.bound[r] = bound;
+    out_.reach[r] = reach;
   }
 
   void merge_attributes() {
@@ -184,9 +228,8 @@ class Aggregator {
       std::uint32_t heaviest = members_.of(r)[0];
       for (const std::uint32_t i : members_.of(r)) {
         for (std::size_t c = 0; c < 3; ++c)
-          sum[c] += node_.normal_sum.empty()
-                        ? std::llround(double{node_.normal[i][c]} * kNormalUnits)
-                        : node_.normal_sum[i][c];
+          sum[c] +=
+              node_.normal_sum.empty() ? normal_units(node_.normal[i][c]) : node_.normal_sum[i][c];
         if (node_.weight_of(i) > node_.weight_of(heaviest)) heaviest = i;
       }
       out_.normal_sum[r] = sum;
@@ -197,6 +240,12 @@ class Aggregator {
                                   c * formats::size_bytes(attribute.type),
                               attribute.type, double{out_.normal[r][c]});
     }
+  }
+
+  /// Rounded half away from zero; no product of a float and a power of two is so near to a half that adding one errs.
+  static std::int64_t normal_units(float component) {
+    const double units = double{component} * kNormalUnits;
+    return static_cast<std::int64_t>(units + (units < 0 ? -0.5 : 0.5));
   }
 
   /// The unit vector along `sum`, or `fallback` where the normals cancel to a thousandth.
@@ -214,48 +263,54 @@ class Aggregator {
 
   void merge_means(std::size_t a) {
     const Attribute& attribute = in_.schema[a];
-    const std::size_t scalar = formats::size_bytes(attribute.type);
-    const bool integer =
-        attribute.type != formats::ScalarType::kF32 && attribute.type != formats::ScalarType::kF64;
     out_.mean_sum[a].resize(in_.quota * attribute.components);
     out_.data.attributes[a].resize(in_.quota * attribute.size_bytes());
-    for (std::size_t r = 0; r < in_.quota; ++r) {
-      for (std::size_t c = 0; c < attribute.components; ++c) {
-        const double sum = blended(r) ? blended_sum(a, c, r) : sum_of_members(a, c, r);
-        const std::size_t at = r * attribute.components + c;
+    formats::with_scalar_type(attribute.type,
+                              [&]<typename T>(T) { merge_means<T>(a, attribute.components); });
+    if (sampled())
+      for (std::size_t r = 0; r < in_.quota; ++r) copy_value(a, r, in_.reduction.chosen[r]);
+  }
+
+  template <typename T>
+  void merge_means(std::size_t a, std::size_t components) {
+    std::byte* const to = out_.data.attributes[a].data();
+    for (std::size_t r = 0; r < in_.quota; ++r)
+      for (std::size_t c = 0; c < components; ++c) {
+        const std::size_t at = r * components + c;
+        const double sum = blended(r) ? blended_sum<T>(a, c, r) : sum_of_members<T>(a, c, r);
         out_.mean_sum[a][at] = sum;
         const double mean = sum / static_cast<double>(out_.data.weight[r]);
-        formats::store_scalar(out_.data.attributes[a].data() + at * scalar, attribute.type,
-                              integer ? std::floor(mean + 0.5) : mean);
+        const double stored = std::is_integral_v<T> ? std::floor(mean + 0.5) : mean;
+        formats::store_le(to + at * sizeof(T), static_cast<T>(stored));
       }
-      if (sampled()) copy_value(a, r, in_.reduction.chosen[r]);
-    }
   }
 
   bool blended(std::size_t r) const {
     return !in_.reduction.blend.empty() && !in_.reduction.blend[r].empty();
   }
 
-  /// The sum over a point's input points of component c of attribute a.
+  /// The sum over a point's input points of component c of attribute a, whose type is T.
+  template <typename T>
   double sum_of_point(std::size_t a, std::size_t c, std::uint32_t i) const {
-    const Attribute& attribute = in_.schema[a];
-    const std::size_t at = std::size_t{i} * attribute.components + c;
+    const std::size_t at = std::size_t{i} * in_.schema[a].components + c;
     if (!node_.mean_sum.empty()) return node_.mean_sum[a][at];
-    return formats::load_scalar(
-        node_.data.attributes[a].data() + at * formats::size_bytes(attribute.type), attribute.type);
+    return static_cast<double>(
+        formats::load_le<T>(node_.data.attributes[a].data() + at * sizeof(T)));
   }
 
+  template <typename T>
   double sum_of_members(std::size_t a, std::size_t c, std::size_t r) const {
     double sum = 0;
-    for (const std::uint32_t i : members_.of(r)) sum += sum_of_point(a, c, i);
+    for (const std::uint32_t i : members_.of(r)) sum += sum_of_point<T>(a, c, i);
     return sum;
   }
 
   /// The mean over the shares, as a sum over the input points that the representative stands for.
+  template <typename T>
   double blended_sum(std::size_t a, std::size_t c, std::size_t r) const {
     double sum = 0, weight = 0;
     for (const auto& [point, factor] : in_.reduction.blend[r]) {
-      sum += factor * sum_of_point(a, c, point);
+      sum += factor * sum_of_point<T>(a, c, point);
       weight += factor * static_cast<double>(node_.weight_of(point));
     }
     return sum / weight * static_cast<double>(out_.data.weight[r]);
@@ -263,17 +318,31 @@ class Aggregator {
 
   void merge_majority(std::size_t a) {
     const Attribute& attribute = in_.schema[a];
-    out_.data.attributes[a].resize(in_.quota * attribute.size_bytes());
+    const std::size_t size = attribute.size_bytes();
+    const std::byte* const values = node_.data.attributes[a].data();
+    out_.data.attributes[a].resize(in_.quota * size);
+    // Most attributes with this rule hardly change from point to point.
+    const std::size_t rest = node_.data.attributes[a].size() - size;
+    const bool constant = std::memcmp(values, values + size, rest) == 0;
     std::vector<std::pair<double, std::uint32_t>> votes;
     for (std::size_t r = 0; r < in_.quota; ++r) {
+      const auto points = members_.of(r);
+      if (sampled() || constant || all_alike(values, size, points)) {
+        copy_value(a, r, sampled() ? in_.reduction.chosen[r] : points[0]);
+        continue;
+      }
       votes.clear();
-      for (const std::uint32_t i : members_.of(r))
-        votes.emplace_back(
-            formats::load_scalar(node_.data.attributes[a].data() + i * attribute.size_bytes(),
-                                 attribute.type),
-            i);
-      copy_value(a, r, sampled() ? in_.reduction.chosen[r] : winner_of(votes));
+      for (const std::uint32_t i : points)
+        votes.emplace_back(formats::load_scalar(values + i * size, attribute.type), i);
+      copy_value(a, r, winner_of(votes));
     }
+  }
+
+  static bool all_alike(const std::byte* values, std::size_t size,
+                        std::span<const std::uint32_t> points) {
+    const std::byte* const first = values + points[0] * size;
+    return std::ranges::all_of(
+        points, [&](std::uint32_t i) { return std::memcmp(values + i * size, first, size) == 0; });
   }
 
   /// The point whose value has the greatest weight, the smaller value on a tie.

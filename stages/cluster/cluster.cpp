@@ -20,8 +20,10 @@ using formats::Tree;
 
 namespace {
 
+/// `blocks`: how many, about as long as each other, will be appended.
 template <typename T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
+void append(std::vector<T>& to, const std::vector<T>& from, std::size_t blocks) {
+  if (to.empty()) to.reserve((from.size() + 1) * blocks);
   to.insert(to.end(), from.begin(), from.end());
 }
 
@@ -31,20 +33,20 @@ std::uint32_t coarser_grid(std::uint32_t a, std::uint32_t b) {
 }
 
 /// The children's representatives, one block after the other, as the points of their parent.
-void append_block(WorkingNode& node, const WorkingNode& block) {
-  append(node.data.position, block.data.position);
-  append(node.data.weight, block.data.weight);
-  append(node.data.radius, block.data.radius);
-  append(node.normal, block.normal);
-  append(node.residual, block.residual);
-  append(node.bound, block.bound);
-  append(node.reach, block.reach);
-  append(node.normal_sum, block.normal_sum);
+void append_block(WorkingNode& node, const WorkingNode& block, std::size_t blocks) {
+  append(node.data.position, block.data.position, blocks);
+  append(node.data.weight, block.data.weight, blocks);
+  append(node.data.radius, block.data.radius, blocks);
+  append(node.normal, block.normal, blocks);
+  append(node.residual, block.residual, blocks);
+  append(node.bound, block.bound, blocks);
+  append(node.reach, block.reach, blocks);
+  append(node.normal_sum, block.normal_sum, blocks);
   node.data.attributes.resize(block.data.attributes.size());
   node.mean_sum.resize(block.mean_sum.size());
   for (std::size_t a = 0; a < block.data.attributes.size(); ++a) {
-    append(node.data.attributes[a], block.data.attributes[a]);
-    append(node.mean_sum[a], block.mean_sum[a]);
+    append(node.data.attributes[a], block.data.attributes[a], blocks);
+    append(node.mean_sum[a], block.mean_sum[a], blocks);
   }
   for (std::size_t axis = 0; axis < 3; ++axis)
     node.squared_steps[axis] += block.squared_steps[axis];
@@ -119,7 +121,7 @@ class TreeClusterer {
   WorkingNode finish_subtree(Level level, std::uint64_t index) {
     const NodeId id = tree_.id(level, index);
     const bool leaf = level == tree_.leaf_level();
-    WorkingNode node = leaf ? load(index) : gather(level, index);
+    WorkingNode node = leaf ? load_leaf(in_.header, records_of(index)) : gather(level, index);
     if (value_of(id) == 0) {
       if (leaf) follow_curve(node);
       hand_on(id, std::move(node), {});
@@ -133,7 +135,7 @@ class TreeClusterer {
         in_.reducer.reduce({id, in_.header.grid, node.data.position, node.data.weight, node.normal,
                             node.data.radius, curve},
                            quota);
-    if (leaf) group_by_representative(node, curve, reduction);
+    if (leaf) group_by_representative(node, index, curve, reduction);
     const auto frame = formats::NodeFrame::fit(in_.header, leaf, node.data);
     const std::vector<float> decoded_radius = frame.quantized_radii(node.data.radius);
     WorkingNode share = aggregate({node, reduction, quota, in_.header.grid, in_.header.schema,
@@ -145,15 +147,19 @@ class TreeClusterer {
     return share;
   }
 
-  WorkingNode load(std::uint64_t index) {
+  LeafRecords records_of(std::uint64_t index) const {
     const IndexRange range = tree_.input_range(tree_.leaf_level(), index);
-    const std::uint64_t offset = range.first * in_.stride, size_bytes = range.count * in_.stride;
     if (in_.records.size_bytes() == 0) throw WorkLost{};  // all had been clustered, it was told
-    WorkingNode leaf =
-        load_leaf(in_.header, in_.records.bytes().subspan(offset, size_bytes), in_.stride);
-    in_.records.release(offset, size_bytes);
+    return {in_.records.bytes().subspan(range.first * in_.stride, range.count * in_.stride),
+            in_.stride};
+  }
+
+  /// Brings a leaf into its order for good; its records are done with.
+  void reorder(WorkingNode& leaf, std::uint64_t index, std::span<const std::uint32_t> order) {
+    reorder_leaf(leaf, in_.header, records_of(index), order);
+    const IndexRange range = tree_.input_range(tree_.leaf_level(), index);
+    in_.records.release(range.first * in_.stride, range.count * in_.stride);
     context_.progress->advance(range.count);
-    return leaf;
   }
 
   WorkingNode gather(Level level, std::uint64_t index) {
@@ -163,7 +169,7 @@ class TreeClusterer {
     });
     WorkingNode node;
     for (WorkingNode& share : shares) {
-      append_block(node, share);
+      append_block(node, share, shares.size());
       share = {};
     }
     return node;
@@ -174,13 +180,14 @@ class TreeClusterer {
     const CurveOrder curve = order_along_curve(in_.header.grid, leaf.data.position, in_.grid);
     if (leaf.data.radius.empty())
       leaf.data.radius = radii_from_density(in_.header.grid, leaf.data.position, curve);
-    reorder_leaf(leaf, in_.header.schema, curve.order);
+    reorder(leaf, 0, curve.order);
   }
 
   /// Stores a leaf's points in the order of their representatives, along the curve within each.
-  void group_by_representative(WorkingNode& leaf, const CurveOrder& curve, Reduction& reduction) {
+  void group_by_representative(WorkingNode& leaf, std::uint64_t index, const CurveOrder& curve,
+                               Reduction& reduction) {
     const std::vector<std::uint32_t> order = order_by_group(curve.order, reduction.representative);
-    reorder_leaf(leaf, in_.header.schema, order);
+    reorder(leaf, index, order);
     std::vector<std::uint32_t> moved(order.size()), place(order.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) {
       moved[i] = reduction.representative[order[i]];

@@ -2,60 +2,94 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
-#include "formats/dataset/hilbert.h"
 #include "formats/error.h"
 #include "stages/cluster/cell_lists.h"
+#include "stages/cluster/curve_points.h"
 #include "stages/cluster/lloyd.h"
 #include "stages/cluster/normals.h"
 #include "stages/cluster/numbering.h"
 
 namespace cairn::stages {
 
-using formats::GridPoint;
 using formats::Normal;
 
 namespace {
 
-/// A cluster on its way: known by the place on the curve of its first point.
-struct Cluster {
-  std::array<double, 3> center;  ///< lattice cells above the first point of the node
-  double weight;
-  double area;  ///< that it covers, beside what a point of the node covers on average
-  Normal normal;
-
-  /// Where normals cancel, the own one stays.
-  void absorb(const Cluster& other);
+/// Clusters on their way, along the curve by their first points.
+struct Clusters {
+  CurvePoints mean;
+  std::vector<float> area;  ///< that each covers, beside what a point of the node covers on average
+  std::vector<std::uint64_t> key;  ///< of their first points, ascending
 };
 
-void Cluster::absorb(const Cluster& other) {
-  const double total = weight + other.weight;
-  std::array<double, 3> facing;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    center[axis] = (weight * center[axis] + other.weight * other.center[axis]) / total;
-    facing[axis] = weight * double{normal[axis]} + other.weight * double{other.normal[axis]};
+/// As Clusters, of another's.
+struct ClustersView {
+  const CurvePoints* mean;
+  std::span<const float> area;
+  std::span<const std::uint64_t> key;
+};
+
+/// What clusters become when each joins the one that `winner_of` names: itself, or one before it that joins none.
+Clusters joined(const ClustersView& clusters, const std::vector<std::uint32_t>& winner_of) {
+  struct Sum {
+    double weight = 0, area = 0;
+    std::array<double, 3> place{}, facing{};
+  };
+  const CurvePoints& from = *clusters.mean;
+  std::vector<Sum> sums(from.count());
+  for (std::size_t i = 0; i < from.count(); ++i) {
+    Sum& sum = sums[winner_of[i]];
+    const double w = from.weight_of(i);
+    const Normal normal = from.normal_of(i);
+    const std::array<double, 3> place{from.x[i], from.y[i], from.z[i]};
+    sum.weight += w;
+    sum.area += double{clusters.area[i]};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sum.place[axis] += w * place[axis];
+      sum.facing[axis] += w * double{normal[axis]};
+    }
   }
-  weight = total;
-  area += other.area;
-  const double length = std::hypot(facing[0], facing[1], facing[2]);
-  if (length <= kCancelled * total) return;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    normal[axis] = static_cast<float>(facing[axis] / length);
+  Clusters to;
+  for (std::size_t i = 0; i < from.count(); ++i) {
+    if (winner_of[i] != i) continue;
+    const Sum& sum = sums[i];
+    to.mean.weight.push_back(sum.weight);
+    to.mean.x.push_back(sum.place[0] / sum.weight);
+    to.mean.y.push_back(sum.place[1] / sum.weight);
+    to.mean.z.push_back(sum.place[2] / sum.weight);
+    to.area.push_back(static_cast<float>(sum.area));
+    to.key.push_back(clusters.key[i]);
+    if (!from.has_normals()) continue;
+    // Where normals cancel, that of the first stays.
+    const double length = std::hypot(sum.facing[0], sum.facing[1], sum.facing[2]);
+    Normal normal = from.normal_of(i);
+    for (std::size_t axis = 0; axis < 3 && length > kCancelled * sum.weight; ++axis)
+      normal[axis] = static_cast<float>(sum.facing[axis] / length);
+    to.mean.nx.push_back(normal[0]);
+    to.mean.ny.push_back(normal[1]);
+    to.mean.nz.push_back(normal[2]);
+  }
+  return to;
 }
 
 /// By how much the area that a point covers may differ from the average of its node.
 constexpr double kMostAreaRatio = 1e6;
 
-/// Squared radii beside their mean: the areas that points cover. All are 1 where no point has a radius.
-std::vector<double> relative_areas(std::span<const float> radius) {
+/// Squared radii beside their mean, along the curve: the areas that points cover. All are 1 where no point has a radius.
+std::vector<float> relative_areas(const NodeView& node) {
   double sum = 0;
-  for (const float r : radius) sum += double{r} * r;
-  const double mean = sum / static_cast<double>(radius.size());
-  std::vector<double> areas;
-  areas.reserve(radius.size());
-  for (const float r : radius)
-    areas.push_back(mean > 0 ? std::clamp(double{r} * r / mean, 1 / kMostAreaRatio, kMostAreaRatio)
-                             : 1);
+  for (const float r : node.radius) sum += double{r} * r;
+  const double mean = sum / static_cast<double>(node.radius.size());
+  std::vector<float> areas(node.radius.size(), 1);
+  if (!(mean > 0)) return areas;
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    const double radius = double{node.radius[node.curve.order[i]]};
+    areas[i] =
+        static_cast<float>(std::clamp(radius * radius / mean, 1 / kMostAreaRatio, kMostAreaRatio));
+  }
   return areas;
 }
 
@@ -78,163 +112,155 @@ std::vector<Merge> cheapest(std::vector<Merge> merges, std::uint64_t count) {
   return merges;
 }
 
-/// The clusters of a node in curve order, and who merged with whom.
+/// The clusters of a node, and which of its points are in each.
 class Clustering {
  public:
-  explicit Clustering(const NodeView& node) : node_(node), parent_(node.position.size()) {
-    const auto& order = node.curve.order;
-    const GridPoint origin = node.position[order[0]];
-    const std::vector<double> areas = relative_areas(node.radius);
-    clusters_.resize(order.size());
-    alive_.resize(order.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) {
-      const std::uint32_t point = order[i];
-      Cluster& cluster = clusters_[i];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        cluster.center[axis] =
-            static_cast<double>(std::int64_t{node.position[point][axis]} - origin[axis]) *
-            node.grid.step[axis] * node.curve.cells_per_unit;
-      cluster.weight = node.weight.empty() ? 1.0 : static_cast<double>(node.weight[point]);
-      cluster.area = areas[point];
-      cluster.normal = node.normal.empty() ? Normal{0, 0, 0} : node.normal[point];
-      parent_[i] = i;
-      alive_[i] = i;
-    }
+  Clustering(const NodeView& node, const CurvePoints& points, std::uint64_t quota)
+      : node_(node),
+        quota_(quota),
+        areas_(relative_areas(node)),
+        now_{&points, areas_, node.curve.key},
+        count_(points.count()),
+        cluster_of_(points.count()) {
+    std::iota(cluster_of_.begin(), cluster_of_.end(), 0U);
   }
 
-  std::size_t count() const { return alive_.size(); }
-
-  /// Of the clusters: on the curve, ascending.
-  std::vector<std::uint64_t> keys() const;
+  bool done() const { return count_ == quota_; }
+  /// Of the clusters, unless they are done.
+  std::span<const std::uint64_t> keys() const { return now_.key; }
 
   /// Merges points at one position that follow each other on the curve and face the way of the first of them, as far as
-  /// `quota` allows: if not all may go, every group gives its share.
-  void collapse_coincident(std::uint64_t quota, float theta_degrees);
+  /// `quota` allows: if not all may go, every group gives its share. To be called first.
+  void collapse_coincident(float theta_degrees);
 
   /// One round over all lists, of at most `longest` points, of the grid with `cell_bits`: the cheapest merges of all,
   /// until `quota` clusters are left, or one in each list. No list is cut to less than half of what would be the longest
   /// if the longest was always shortened: few points far from each other are all that a picture has there.
-  void merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota, ThetaRule theta);
+  void merge_lists(int cell_bits, std::uint32_t longest, ThetaRule theta);
 
   float theta_reached() const { return theta_reached_; }
 
-  /// For each point its cluster, known by the place of its first one on the curve.
-  std::vector<std::uint32_t> cluster_of_points() const;
+  /// For each point along the curve its cluster. They are numbered along the curve by their first points.
+  std::vector<std::uint32_t> cluster_of_points() && { return std::move(cluster_of_); }
 
  private:
-  void load(std::span<const std::uint32_t> members, MergeList& list) const;
-  void apply(const Merge& merge);
-  void drop_merged();
+  void load(std::uint32_t first, std::uint32_t count, MergeList& list) const;
+  void join(std::vector<std::uint32_t> winner_of);
 
   const NodeView& node_;
-  std::vector<Cluster> clusters_;      ///< by place on the curve; valid for those alive
-  std::vector<std::uint32_t> parent_;  ///< the cluster that a place has merged into, or itself
-  std::vector<std::uint32_t> alive_;   ///< ascending
+  const std::uint64_t quota_;
+  const std::vector<float> areas_;
+  Clusters joined_;  ///< what `now_` shows, once any were joined
+  ClustersView now_;
+  std::size_t count_;
+  std::vector<std::uint32_t> cluster_of_;
   float theta_reached_ = 0;
 };
 
-void Clustering::collapse_coincident(std::uint64_t quota, float theta_degrees) {
+void Clustering::collapse_coincident(float theta_degrees) {
   const float min_cosine = cosine_of_limit(theta_degrees);
   const auto joins = [&](std::uint32_t first, std::uint32_t i) {
-    return node_.position[node_.curve.order[first]] == node_.position[node_.curve.order[i]] &&
-           agreement(clusters_[first].normal, clusters_[i].normal) >= min_cosine;
+    return now_.key[first] == now_.key[i] &&
+           node_.position[node_.curve.order[first]] == node_.position[node_.curve.order[i]] &&
+           agreement(now_.mean->normal_of(first), now_.mean->normal_of(i)) >= min_cosine;
   };
-  std::vector<std::uint32_t> group_of(clusters_.size());  // first place of the group
+  const auto points = static_cast<std::uint32_t>(count_);
+  std::vector<std::uint32_t> group_of(points);  // first place of the group
   std::uint64_t possible = 0;
-  for (std::uint32_t i = 1; i < clusters_.size(); ++i) {
+  for (std::uint32_t i = 1; i < points; ++i) {
     const std::uint32_t first = group_of[i - 1];
     group_of[i] = joins(first, i) ? first : i;
     possible += group_of[i] != i;
   }
   if (possible == 0) return;
-  const std::uint64_t allowed = std::min<std::uint64_t>(possible, clusters_.size() - quota);
+  const std::uint64_t allowed = std::min<std::uint64_t>(possible, points - quota_);
+  std::vector<std::uint32_t> winner_of(points);
   std::uint64_t before = 0;  // possible merges in the groups so far
-  for (std::uint32_t first = 0; first < clusters_.size();) {
+  for (std::uint32_t first = 0; first < points;) {
     std::uint32_t last = first + 1;
-    while (last < clusters_.size() && group_of[last] == first) ++last;
+    while (last < points && group_of[last] == first) ++last;
     const std::uint64_t size = last - first, after = before + size - 1;
     // A group's share of the allowed merges leaves it `kept` clusters of equal parts.
     const std::uint64_t kept = size - (after * allowed / possible - before * allowed / possible);
     std::uint32_t winner = first;
+    winner_of[first] = first;
     for (std::uint64_t k = 1; k < size; ++k) {
       const auto i = static_cast<std::uint32_t>(first + k);
-      if (k * kept / size != (k - 1) * kept / size) {
-        winner = i;
-        continue;
-      }
-      parent_[i] = winner;
-      clusters_[winner].weight += clusters_[i].weight;
-      clusters_[winner].area += clusters_[i].area;
+      if (k * kept / size != (k - 1) * kept / size) winner = i;
+      winner_of[i] = winner;
     }
     before = after;
     first = last;
   }
-  drop_merged();
+  join(std::move(winner_of));
 }
 
-void Clustering::load(std::span<const std::uint32_t> members, MergeList& list) const {
-  list.count = static_cast<std::uint32_t>(members.size());
+void Clustering::load(std::uint32_t first, std::uint32_t count, MergeList& list) const {
+  list.count = count;
+  list.has_normals = now_.mean->has_normals();
   // Relative to the list's first cluster, single precision tells neighbours apart wherever they lie.
-  const std::array<double, 3> origin = clusters_[members[0]].center;
-  for (std::uint32_t k = 0; k < list.count; ++k) {
-    const Cluster& cluster = clusters_[members[k]];
-    list.x[k] = static_cast<float>(cluster.center[0] - origin[0]);
-    list.y[k] = static_cast<float>(cluster.center[1] - origin[1]);
-    list.z[k] = static_cast<float>(cluster.center[2] - origin[2]);
-    list.weight[k] = static_cast<float>(cluster.weight);
-    list.area[k] = static_cast<float>(cluster.area);
-    list.cost[k] = 0;
-    list.nx[k] = cluster.normal[0];
-    list.ny[k] = cluster.normal[1];
-    list.nz[k] = cluster.normal[2];
-    list.id[k] = members[k];
+  const auto fill = [&](const std::vector<double>& from, auto& column) {
+    for (std::uint32_t k = 0; k < count; ++k)
+      column[k] = static_cast<float>(from[first + k] - from[first]);
+  };
+  fill(now_.mean->x, list.x);
+  fill(now_.mean->y, list.y);
+  fill(now_.mean->z, list.z);
+  const auto copy = [&](const auto& from, auto& column) {
+    for (std::uint32_t k = 0; k < count; ++k) column[k] = static_cast<float>(from[first + k]);
+  };
+  if (now_.mean->weight.empty())
+    std::fill_n(list.weight.begin(), count, 1.0F);
+  else
+    copy(now_.mean->weight, list.weight);
+  copy(now_.area, list.area);
+  if (list.has_normals) {
+    copy(now_.mean->nx, list.nx);
+    copy(now_.mean->ny, list.ny);
+    copy(now_.mean->nz, list.nz);
   }
+  std::fill_n(list.cost.begin(), count, 0.0F);
+  for (std::uint32_t k = 0; k < count; ++k) list.id[k] = first + k;
 }
 
-void Clustering::apply(const Merge& merge) {
-  clusters_[merge.winner].absorb(clusters_[merge.loser]);
-  parent_[merge.loser] = merge.winner;
-  theta_reached_ = std::max(theta_reached_, merge.theta_degrees);
+/// A loser always comes later on the curve than its winner.
+void Clustering::join(std::vector<std::uint32_t> winner_of) {
+  std::vector<std::uint32_t> number_of(winner_of.size());
+  count_ = 0;
+  for (std::uint32_t i = 0; i < winner_of.size(); ++i) {
+    CAIRN_CHECK(winner_of[i] <= i);
+    const std::uint32_t winner = winner_of[i] = winner_of[winner_of[i]];
+    // No processor foresees which clusters win: no branch depends on it.
+    number_of[i] = static_cast<std::uint32_t>(count_);
+    number_of[i] = number_of[winner];
+    count_ += winner == i ? 1 : 0;
+  }
+  for (std::uint32_t& cluster : cluster_of_) cluster = number_of[cluster];
+  if (count_ == quota_) return;  // nothing is left to merge
+  joined_ = joined(now_, winner_of);
+  now_ = {&joined_.mean, joined_.area, joined_.key};
 }
 
-void Clustering::drop_merged() {
-  std::erase_if(alive_, [&](std::uint32_t i) { return parent_[i] != i; });
-}
-
-std::vector<std::uint64_t> Clustering::keys() const {
-  std::vector<std::uint64_t> keys;
-  keys.reserve(alive_.size());
-  for (const std::uint32_t i : alive_) keys.push_back(node_.curve.key[i]);
-  return keys;
-}
-
-void Clustering::merge_lists(int cell_bits, std::uint32_t longest, std::uint64_t quota,
-                             ThetaRule theta) {
+void Clustering::merge_lists(int cell_bits, std::uint32_t longest, ThetaRule theta) {
   const std::vector<std::uint32_t> starts = cut_lists(keys(), cell_bits, longest);
   std::vector<std::uint32_t> lengths;
   for (std::size_t i = 0; i + 1 < starts.size(); ++i) lengths.push_back(starts[i + 1] - starts[i]);
-  const std::uint32_t least = (leveled_length(lengths, quota) + 1) / 2;
+  const std::uint32_t least = (leveled_length(lengths, quota_) + 1) / 2;
   std::vector<Merge> merges;
   MergeList list;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     if (lengths[i] <= least) continue;
-    load(std::span(alive_).subspan(starts[i], lengths[i]), list);
+    load(starts[i], lengths[i], list);
     const MergeOutcome outcome = merge_pairs(list, least, theta);
     merges.insert(merges.end(), outcome.merges.begin(), outcome.merges.begin() + outcome.count);
   }
-  for (const Merge& merge : cheapest(std::move(merges), alive_.size() - quota)) apply(merge);
-  drop_merged();
-}
-
-std::vector<std::uint32_t> Clustering::cluster_of_points() const {
-  // A loser always comes later on the curve than its winner, so one pass in curve order resolves all.
-  std::vector<std::uint32_t> of_place(parent_), of_point(parent_.size());
-  for (std::uint32_t i = 0; i < of_place.size(); ++i) {
-    CAIRN_CHECK(parent_[i] <= i);
-    of_place[i] = of_place[parent_[i]];
-    of_point[node_.curve.order[i]] = of_place[i];
+  std::vector<std::uint32_t> winner_of(count_);
+  std::iota(winner_of.begin(), winner_of.end(), 0U);
+  for (const Merge& merge : cheapest(std::move(merges), count_ - quota_)) {
+    winner_of[merge.loser] = merge.winner;
+    theta_reached_ = std::max(theta_reached_, merge.theta_degrees);
   }
-  return of_point;
+  join(std::move(winner_of));
 }
 
 /// Cells along the longest axis, of K given ones if any, once so many times each two of them were joined: of an odd number
@@ -248,16 +274,15 @@ struct GridUse {
   bool coarsened = false;
 };
 
-/// Merges within cells until `quota` clusters are left. `given_cell_bits`: of the grid that options give, if they do.
-GridUse merge_in_grid(Clustering& clustering, int given_cell_bits, std::uint64_t quota,
-                      const ClusterOptions& options) {
-  if (clustering.count() <= quota) return {};
+/// Merges within cells until clustering is done. `given_cell_bits`: of the grid that options give, if they do.
+GridUse merge_in_grid(Clustering& clustering, int given_cell_bits, const ClusterOptions& options) {
+  if (clustering.done()) return {};
   const int first_cell_bits = options.grid ? given_cell_bits : auto_cell_bits(clustering.keys());
   const std::uint32_t longest_list = options.grid ? kMaxListLength : kAutoListLength;
   int cell_bits = first_cell_bits;
   while (true) {
-    clustering.merge_lists(cell_bits, longest_list, quota, options.theta);
-    if (clustering.count() <= quota) break;
+    clustering.merge_lists(cell_bits, longest_list, options.theta);
+    if (clustering.done()) break;
     cell_bits = std::max(0, cell_bits - 1);
   }
   return {.cells = cells_along(options.grid, cell_bits, first_cell_bits - cell_bits),
@@ -268,15 +293,15 @@ GridUse merge_in_grid(Clustering& clustering, int given_cell_bits, std::uint64_t
 
 Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) const {
   CAIRN_CHECK(quota >= 1 && quota <= node.position.size());
-  Clustering clustering(node);
-  clustering.collapse_coincident(quota, options_.theta.start_degrees);
-  const GridUse used = merge_in_grid(clustering, node.curve.cell_bits, quota, options_);
-  std::vector<std::uint32_t> representative = clustering.cluster_of_points();
-  number_along(node.curve.order, quota, representative);
+  const CurvePoints points = points_along_curve(node);
+  Clustering clustering(node, points, quota);
+  clustering.collapse_coincident(options_.theta.start_degrees);
+  const GridUse used = merge_in_grid(clustering, node.curve.cell_bits, options_);
+  std::vector<std::uint32_t> cluster_of = std::move(clustering).cluster_of_points();
   for (std::uint32_t pass = 0; pass < options_.refinement; ++pass)
-    lloyd_pass(node, options_.theta.start_degrees, quota, representative);
-  number_along(node.curve.order, quota, representative);
-  return {.representative = std::move(representative),
+    lloyd_pass(points, options_.theta.start_degrees, quota, cluster_of);
+  number_along(quota, cluster_of);
+  return {.representative = by_point(node.curve, cluster_of),
           .chosen = {},
           .blend = {},
           .theta_degrees = node.normal.empty()

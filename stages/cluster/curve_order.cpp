@@ -46,8 +46,7 @@ void sort_by_key(std::vector<Entry>& entries) {
 
 CurveOrder order_along_curve(const formats::Grid& grid, std::span<const GridPoint> points,
                              std::optional<std::uint32_t> cells) {
-  GridBox box;
-  for (const GridPoint& p : points) box.add(p);
+  const GridBox box = formats::box_of(points);
   double extent = 0;
   for (int axis = 0; axis < 3; ++axis)
     extent = std::max(extent, grid.step[axis] * (box.span(axis) + 1.0));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "formats/error.h"
+#include "stages/cluster/curve_points.h"
 #include "stages/cluster/numbering.h"
 #include "stages/cluster/places.h"
 #include "stages/portable_log.h"
@@ -149,14 +150,15 @@ Reduction GridReducer::reduce(const NodeView& node, std::uint64_t quota) const {
     cell_of_part.insert(cell_of_part.end(), parts[cell], cell);
   }
   Reduction reduction;
-  reduction.representative.resize(places.size());
+  std::vector<std::uint32_t> part_of_point;  // along the curve
+  part_of_point.reserve(places.size());
   for (const std::uint32_t point : node.curve.order) {
     const std::uint32_t cell = cells.of_points()[point];
     const std::uint64_t part = std::uint64_t{seen[cell]++} * parts[cell] / points[cell];
-    reduction.representative[point] = first_part[cell] + static_cast<std::uint32_t>(part);
+    part_of_point.push_back(first_part[cell] + static_cast<std::uint32_t>(part));
   }
-  const std::vector<std::uint32_t> part_of =
-      number_along(node.curve.order, quota, reduction.representative);
+  const std::vector<std::uint32_t> part_of = number_along(quota, part_of_point);
+  reduction.representative = by_point(node.curve, part_of_point);
   if (filter_ == Filter::kCell) return reduction;
   std::vector<std::vector<Share>> shares = shares_of_cells(node, cells, places, parts);
   reduction.blend.resize(quota);

@@ -1,9 +1,9 @@
 #include "stages/cluster/leaf_loader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
-#include "formats/bytes.h"
 #include "formats/constant_size.h"
 #include "formats/dataset/digest.h"
 #include "formats/error.h"
@@ -37,13 +37,15 @@ Normal unit_normal(double x, double y, double z) {
           static_cast<float>(z / length)};
 }
 
-std::vector<Normal> unit_normals(const std::vector<std::byte>& column, formats::ScalarType type) {
-  const std::size_t size = formats::size_bytes(type), count = column.size() / (3 * size);
+/// Of three scalars a record, the first of which stand at `at`.
+std::vector<Normal> unit_normals(const std::byte* at, std::size_t stride, std::size_t count,
+                                 formats::ScalarType type) {
+  const std::size_t size = formats::size_bytes(type);
   std::vector<Normal> normals(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::byte* at = column.data() + 3 * size * i;
-    normals[i] = unit_normal(formats::load_scalar(at, type), formats::load_scalar(at + size, type),
-                             formats::load_scalar(at + 2 * size, type));
+  for (Normal& normal : normals) {
+    normal = unit_normal(formats::load_scalar(at, type), formats::load_scalar(at + size, type),
+                         formats::load_scalar(at + 2 * size, type));
+    at += stride;
   }
   return normals;
 }
@@ -55,56 +57,65 @@ void permute(std::vector<T>& values, std::span<const std::uint32_t> order) {
   values = std::move(moved);
 }
 
+/// Records that are brought into order together: few enough to stay in the nearest cache.
+constexpr std::size_t kBlockRecords = 256;
+
 }  // namespace
 
-WorkingNode load_leaf(const formats::DatasetHeader& header, std::span<const std::byte> records,
-                      std::size_t stride) {
-  const std::size_t count = records.size() / stride;
+WorkingNode load_leaf(const formats::DatasetHeader& header, const LeafRecords& records) {
+  const std::size_t count = records.bytes.size() / records.stride;
+  const std::byte* const first = records.bytes.data();
   WorkingNode leaf;
   leaf.data.position.resize(count);
-  gather(records.data(), stride, count, 12,
-         reinterpret_cast<std::byte*>(leaf.data.position.data()));
+  gather(first, records.stride, count, 12, reinterpret_cast<std::byte*>(leaf.data.position.data()));
   const formats::Schema schema = formats::record_schema(header);
   const formats::RecordLayout layout(schema, 12);
-  CAIRN_CHECK(stride == layout.stride);
+  CAIRN_CHECK(records.stride == layout.stride);
   const auto from = [&](std::string_view attribute) {
-    return records.data() + layout.offsets[*formats::find_attribute(schema, attribute)];
+    return first + layout.offsets[*formats::find_attribute(schema, attribute)];
   };
-  leaf.data.attributes.resize(header.schema.size());
-  for (std::size_t a = 0; a < header.schema.size(); ++a) {
-    const std::size_t size = header.schema[a].size_bytes();
-    leaf.data.attributes[a].resize(count * size);
-    gather(from(header.schema[a].name), stride, count, size, leaf.data.attributes[a].data());
-    if (header.schema[a].rule == formats::ReduceRule::kNormal)
-      leaf.normal = unit_normals(leaf.data.attributes[a], header.schema[a].type);
-  }
+  for (const formats::Attribute& attribute : header.schema)
+    if (attribute.rule == formats::ReduceRule::kNormal)
+      leaf.normal = unit_normals(from(attribute.name), records.stride, count, attribute.type);
   if (header.radius_origin != formats::RadiusOrigin::kDensity) {
     leaf.data.radius.resize(count);
-    gather(from(formats::attribute_name::kRadius), stride, count, 4,
+    gather(from(formats::attribute_name::kRadius), records.stride, count, 4,
            reinterpret_cast<std::byte*>(leaf.data.radius.data()));
   }
-  for (const formats::GridPoint& p : leaf.data.position) leaf.box.add(p);
+  leaf.box = formats::box_of(leaf.data.position);
   leaf.weight = count;
-  leaf.digest = formats::digest_of(
-      records, stride, formats::RecordLayout(formats::digest_schema(header), 12).stride);
+  leaf.digest =
+      formats::digest_of(records.bytes, records.stride,
+                         formats::RecordLayout(formats::digest_schema(header), 12).stride);
   return leaf;
 }
 
-void reorder_leaf(WorkingNode& leaf, const formats::Schema& schema,
-                  std::span<const std::uint32_t> order) {
+void reorder_leaf(WorkingNode& leaf, const formats::DatasetHeader& header,
+                  const LeafRecords& records, std::span<const std::uint32_t> order) {
   permute(leaf.data.position, order);
   permute(leaf.data.radius, order);
   if (!leaf.normal.empty()) permute(leaf.normal, order);
-  for (std::size_t a = 0; a < schema.size(); ++a) {
-    const std::size_t size = schema[a].size_bytes();
-    std::vector<std::byte> moved(leaf.data.attributes[a].size());
-    const std::byte* from = leaf.data.attributes[a].data();
-    std::byte* to = moved.data();
-    formats::with_constant_size(size, [&](auto constant) {
-      for (std::size_t i = 0; i < order.size(); ++i)
-        std::memcpy(to + i * constant, from + order[i] * constant, constant);
-    });
-    leaf.data.attributes[a] = std::move(moved);
+  const formats::Schema stored = formats::record_schema(header);
+  const formats::RecordLayout layout(stored, 12);
+  const std::size_t stride = records.stride;
+  leaf.data.attributes.resize(header.schema.size());
+  std::vector<std::size_t> offsets;
+  for (std::size_t a = 0; a < header.schema.size(); ++a) {
+    leaf.data.attributes[a].resize(order.size() * header.schema[a].size_bytes());
+    offsets.push_back(layout.offsets[*formats::find_attribute(stored, header.schema[a].name)]);
+  }
+  // Whole records first: each is fetched once, however many columns it has.
+  std::vector<std::byte> block(kBlockRecords * stride);
+  for (std::size_t first = 0; first < order.size(); first += kBlockRecords) {
+    const std::size_t count = std::min(kBlockRecords, order.size() - first);
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(block.data() + i * stride, records.bytes.data() + order[first + i] * stride,
+                  stride);
+    for (std::size_t a = 0; a < header.schema.size(); ++a) {
+      const std::size_t size = header.schema[a].size_bytes();
+      gather(block.data() + offsets[a], stride, count, size,
+             leaf.data.attributes[a].data() + first * size);
+    }
   }
 }
 

@@ -2,14 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace cairn::stages {
 
-/// Renumbers `count` groups, each of which some point is of. `order`: the points along the curve; `group_of`: for each point
-/// its group, any number below that of points, afterwards by its new number. Returns the old numbers in the order of the new ones.
-std::vector<std::uint32_t> number_along(std::span<const std::uint32_t> order, std::size_t count,
-                                        std::vector<std::uint32_t>& group_of);
+/// Renumbers `count` groups, each of which some point is of. `group_of`: for each point along the curve its group, any number
+/// below that of points, afterwards by its new number. Returns the old numbers in the order of the new ones.
+std::vector<std::uint32_t> number_along(std::size_t count, std::vector<std::uint32_t>& group_of);
 
 }  // namespace cairn::stages

@@ -23,6 +23,7 @@ struct alignas(64) MergeList {
       nz;  ///< mean normal, unit; all zero: none, agrees with every other
   std::array<std::uint32_t, kMaxListLength> id;  ///< of the caller's
   std::uint32_t count = 0;
+  bool has_normals = true;  ///< else they are not looked at
 };
 
 struct ThetaRule {
@@ -47,9 +48,9 @@ struct MergeOutcome {
   std::uint32_t rounds = 0;  ///< in which all pairs were looked at
 };
 
-/// Shortens the list to `target` clusters (1 <= target <= count). Where no pair is within theta, theta
-/// is relaxed for this list alone. Deterministic: of equal costs those count as less whose two indices have the smaller
-/// bitwise difference, then those of the smaller index.
+/// Shortens the list to `target` clusters (1 <= target <= count) and leaves it in no certain state. Where no pair is within
+/// theta, theta is relaxed for this list alone. Deterministic: of equal costs those count as less whose two indices have
+/// the smaller bitwise difference, then those of the smaller index.
 MergeOutcome merge_pairs(MergeList& list, std::uint32_t target, ThetaRule theta);
 
 }  // namespace cairn::stages

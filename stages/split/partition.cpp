@@ -1,7 +1,9 @@
 #include "stages/split/partition.h"
 
 #include <algorithm>
+#include <type_traits>
 
+#include "formats/vector_path.h"
 #include "stages/split/select.h"
 
 namespace cairn::stages {
@@ -20,59 +22,63 @@ std::size_t longest_axis(const GridBox& box, const std::array<double, 3>& step) 
   return longest;
 }
 
-/// A key at which children meet: points of this key are divided by their order of arrival.
-struct Tie {
-  std::uint32_t key;
-  std::uint64_t less;  ///< points of the node with a smaller key
-};
-
-/// Tells the child of each point of a node.
+/// Tells the child of each point of a node. Points at a boundary are divided by their order of arrival.
 class Divider {
  public:
-  Divider(std::vector<Tie> ties, std::vector<std::uint32_t> boundary_keys,
-          std::span<const std::uint64_t> starts)
-      : ties_(std::move(ties)), boundary_keys_(std::move(boundary_keys)), starts_(starts) {}
+  /// Instead of a child: the key is that of a boundary.
+  static constexpr std::uint32_t kTied = UINT32_MAX;
+
+  Divider(const std::vector<Boundary>& boundaries, std::span<const std::uint64_t> starts)
+      : boundaries_(boundaries), starts_(starts) {}
 
   std::size_t children() const { return starts_.size() - 1; }
-  std::size_t tie_count() const { return ties_.size(); }
+  std::span<const Boundary> boundaries() const { return boundaries_; }
 
-  /// The child of a point whose key is no tie: as many boundaries lie below it.
-  std::size_t child_of_key(std::uint32_t key) const {
-    std::size_t child = 0;
-    for (const std::uint32_t boundary : boundary_keys_) child += boundary < key;
-    return child;
+  /// For each key of a block its child, before which as many boundaries lie below it, or kTied.
+  void find_children(std::span<const std::uint32_t> keys, BlockKeys& child) const {
+    child.fill(0);
+    for (const Boundary& boundary : boundaries_) {
+      const std::uint32_t at = boundary.key;
+#pragma omp simd
+      for (std::size_t i = 0; i < keys.size(); ++i) child[i] += at < keys[i] ? 1U : 0U;
+    }
+    for (const Boundary& boundary : boundaries_) {
+      const std::uint32_t at = boundary.key;
+#pragma omp simd
+      for (std::size_t i = 0; i < keys.size(); ++i) child[i] = at == keys[i] ? kTied : child[i];
+    }
   }
-  /// The tie with this key, or tie_count().
-  std::size_t tie_of_key(std::uint32_t key) const {
+  /// The first boundary with this key.
+  std::size_t boundary_of(std::uint32_t key) const {
     std::size_t i = 0;
-    while (i < ties_.size() && ties_[i].key != key) ++i;
+    while (boundaries_[i].key != key) ++i;
     return i;
   }
-  /// The child of the `arrival`-th point of a tie.
-  std::size_t child_of_tie(std::size_t tie, std::uint64_t arrival) const {
-    const std::uint64_t rank = ties_[tie].less + arrival;
+  /// The child of the `arrival`-th point at a boundary.
+  std::size_t child_of_tied(std::size_t boundary, std::uint64_t arrival) const {
+    const std::uint64_t rank = boundaries_[boundary].less + arrival;
     return static_cast<std::size_t>(std::upper_bound(starts_.begin() + 1, starts_.end() - 1, rank) -
                                     starts_.begin()) -
            1;
   }
-  /// How many points of a tie with arrivals in [from, to) go to a child.
-  std::uint64_t tie_share(std::size_t tie, std::uint64_t from, std::uint64_t to,
-                          std::size_t child) const {
-    const std::uint64_t first = std::max(ties_[tie].less + from, starts_[child]);
-    const std::uint64_t last = std::min(ties_[tie].less + to, starts_[child + 1]);
+  /// How many of the points at a boundary with arrivals in [from, to) go to a child.
+  std::uint64_t share_of_tied(std::size_t boundary, std::uint64_t from, std::uint64_t to,
+                              std::size_t child) const {
+    const std::uint64_t less = boundaries_[boundary].less;
+    const std::uint64_t first = std::max(less + from, starts_[child]);
+    const std::uint64_t last = std::min(less + to, starts_[child + 1]);
     return last > first ? last - first : 0;
   }
 
  private:
-  std::vector<Tie> ties_;
-  std::vector<std::uint32_t> boundary_keys_;
+  const std::vector<Boundary>& boundaries_;
   std::span<const std::uint64_t> starts_;
 };
 
-/// Where a slab's next record for each child goes, and how many points of each tie came before.
+/// Where a slab's next record for each child goes, and how many points at each boundary came before.
 struct Cursors {
   std::vector<std::uint64_t> next;     ///< a child
-  std::vector<std::uint64_t> arrived;  ///< a tie
+  std::vector<std::uint64_t> arrived;  ///< a boundary; those of equal keys count at the first
 };
 
 struct Pass {
@@ -83,60 +89,80 @@ struct Pass {
   const Divider& divider;
   const PartitionTarget& target;
   const PassMode& mode;
-
-  std::uint32_t key(const GridPoint& p) const {
-    return static_cast<std::uint32_t>(p[axis]) - static_cast<std::uint32_t>(low);
-  }
 };
 
-/// What a slab will send to each child, ties left out, and how many points of each tie it holds.
-Cursors count_slab(const Pass& pass, const Slab& slab) {
-  Cursors counts{std::vector<std::uint64_t>(pass.divider.children()),
-                 std::vector<std::uint64_t>(pass.divider.tie_count())};
-  for_each_record(slab, [&](const std::byte*, const GridPoint& p) {
-    const std::uint32_t key = pass.key(p);
-    const std::size_t tie = pass.divider.tie_of_key(key);
-    if (tie < counts.arrived.size())
-      ++counts.arrived[tie];
-    else
-      ++counts.next[pass.divider.child_of_key(key)];
-  });
-  return counts;
+/// What a slab sends to a child, apart from points at boundaries.
+std::uint64_t untied(const std::vector<Boundary>& of_slab, std::uint64_t slab_count,
+                     std::size_t child) {
+  const std::uint64_t before = child == 0 ? 0 : of_slab[child - 1].less + of_slab[child - 1].equal;
+  const std::uint64_t until = child == of_slab.size() ? slab_count : of_slab[child].less;
+  return until > before ? until - before : 0;  // less where both boundaries have one key
 }
 
-/// Turns the slabs' counts into each slab's first cursors.
-void accumulate(const Divider& divider, std::span<const std::uint64_t> starts,
-                std::vector<Cursors>& slabs) {
+/// Each slab's first cursors, in slab order.
+std::vector<Cursors> first_cursors(const Pass& pass, std::span<const std::uint64_t> starts,
+                                   const std::vector<std::vector<Boundary>>& of_slabs) {
+  const auto boundaries = pass.divider.boundaries();
   Cursors at{std::vector<std::uint64_t>(starts.begin(), starts.end() - 1),
-             std::vector<std::uint64_t>(divider.tie_count())};
-  for (Cursors& slab : slabs) {
-    Cursors after = at;
-    for (std::size_t child = 0; child < divider.children(); ++child) {
-      after.next[child] += slab.next[child];
-      for (std::size_t tie = 0; tie < divider.tie_count(); ++tie)
-        after.next[child] +=
-            divider.tie_share(tie, at.arrived[tie], at.arrived[tie] + slab.arrived[tie], child);
+             std::vector<std::uint64_t>(boundaries.size())};
+  std::vector<Cursors> cursors;
+  for (std::size_t slab = 0; slab < of_slabs.size(); ++slab) {
+    cursors.push_back(at);
+    for (std::size_t child = 0; child < pass.divider.children(); ++child)
+      at.next[child] += untied(of_slabs[slab], pass.slabs[slab].count, child);
+    for (std::size_t b = 0; b < boundaries.size(); ++b) {
+      if (b > 0 && boundaries[b].key == boundaries[b - 1].key) continue;
+      const std::uint64_t from = at.arrived[b], to = from + of_slabs[slab][b].equal;
+      for (std::size_t child = 0; child < pass.divider.children(); ++child)
+        at.next[child] += pass.divider.share_of_tied(b, from, to, child);
+      at.arrived[b] = to;
     }
-    for (std::size_t tie = 0; tie < divider.tie_count(); ++tie)
-      after.arrived[tie] += slab.arrived[tie];
-    slab = std::move(at);
-    at = std::move(after);
   }
+  return cursors;
 }
 
-/// Copies `size_bytes` >= 8 in words; records are short and memcpy of unknown length is not.
-inline void copy_attributes(std::byte* to, const std::byte* from, std::size_t size_bytes) {
-  if (size_bytes < 8) {
-    for (std::size_t i = 0; i < size_bytes; ++i) to[i] = from[i];
-    return;
-  }
+/// Copies `size_bytes`, of which `words` (constant or not) words of 8 bytes are the least that hold them; at least one word.
+template <typename Words>
+void copy_words(std::byte* to, const std::byte* from, std::size_t size_bytes, Words words) {
   std::uint64_t word;
-  for (std::size_t i = 0; i + 8 < size_bytes; i += 8) {
-    std::memcpy(&word, from + i, 8);
-    std::memcpy(to + i, &word, 8);
+  for (std::size_t i = 0; i + 1 < words; ++i) {
+    std::memcpy(&word, from + 8 * i, 8);
+    std::memcpy(to + 8 * i, &word, 8);
   }
   std::memcpy(&word, from + size_bytes - 8, 8);
   std::memcpy(to + size_bytes - 8, &word, 8);
+}
+
+/// Calls visit(copy), where copy(to, from) copies `size_bytes` in words: records are short and memcpy of unknown length is
+/// not.
+template <typename Visit>
+void with_copy(std::size_t size_bytes, const Visit& visit) {
+  const std::size_t words = (size_bytes + 7) / 8;
+  const auto copy_of = [&](auto count) {
+    visit([size_bytes, count](std::byte* to, const std::byte* from) {
+      copy_words(to, from, size_bytes, count);
+    });
+  };
+  switch (size_bytes < 8 ? 0 : words) {
+    case 0:
+      return visit([size_bytes](std::byte* to, const std::byte* from) {
+        for (std::size_t i = 0; i < size_bytes; ++i) to[i] = from[i];
+      });
+    case 1:
+      return copy_of(std::integral_constant<std::size_t, 1>{});
+    case 2:
+      return copy_of(std::integral_constant<std::size_t, 2>{});
+    case 3:
+      return copy_of(std::integral_constant<std::size_t, 3>{});
+    case 4:
+      return copy_of(std::integral_constant<std::size_t, 4>{});
+    default:
+      return copy_of(words);
+  }
+}
+
+void find_children(const Divider& divider, std::span<const std::uint32_t> keys, BlockKeys& child) {
+  divider.find_children(keys, child);
 }
 
 std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& cursors) {
@@ -144,17 +170,28 @@ std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& c
   const std::vector<std::uint64_t> begin = cursors.next;
   std::byte* out = pass.target.array->bytes().data() + pass.target.first_byte;
   const std::size_t stride = pass.target.stride;
-  for_each_record(slab, [&](const std::byte* record, const GridPoint& p) {
-    const std::uint32_t key = pass.key(p);
-    const std::size_t tie = pass.divider.tie_of_key(key);
-    const std::size_t child = tie < cursors.arrived.size()
-                                  ? pass.divider.child_of_tie(tie, cursors.arrived[tie]++)
-                                  : pass.divider.child_of_key(key);
-    std::byte* to = out + stride * cursors.next[child]++;
-    std::memcpy(to, p.data(), 12);
-    copy_attributes(to + 12, record + slab.position_bytes, stride - 12);
-    boxes[child].add(p);
-    if (slab.rounding != nullptr) slab.rounding->add(slab.map->rounded_off(record, p), pass.step);
+  BlockKeys keys, child_of;
+  with_copy(stride - 12, [&](const auto& copy_attributes) {
+    for_each_block(slab, [&](const RecordBlock& block) {
+      load_keys(block, pass.axis, pass.low, keys);
+      formats::vectorized<find_children>(
+          pass.divider, std::span<const std::uint32_t>(keys).first(block.count), child_of);
+      for (std::size_t i = 0; i < block.count; ++i) {
+        std::size_t child = child_of[i];
+        if (child == Divider::kTied) {
+          const std::size_t boundary = pass.divider.boundary_of(keys[i]);
+          child = pass.divider.child_of_tied(boundary, cursors.arrived[boundary]++);
+        }
+        const std::byte* const record = block.records + i * block.stride;
+        const GridPoint p = block.position(i);
+        std::byte* const to = out + stride * cursors.next[child]++;
+        std::memcpy(to, p.data(), 12);
+        copy_attributes(to + 12, record + slab.position_bytes);
+        boxes[child].add(p);
+        if (slab.rounding != nullptr)
+          slab.rounding->add(slab.map->rounded_off(record, p), pass.step);
+      }
+    });
   });
   if (pass.mode.release) {
     for (std::size_t child = 0; child < begin.size(); ++child)
@@ -162,30 +199,6 @@ std::vector<GridBox> scatter_slab(const Pass& pass, const Slab& slab, Cursors& c
                                  (cursors.next[child] - begin[child]) * stride);
   }
   if (pass.mode.context.progress != nullptr) pass.mode.context.progress->advance(slab.count);
-  return boxes;
-}
-
-std::vector<GridBox> scatter(const Pass& pass, std::span<const std::uint64_t> starts) {
-  std::vector<GridBox> boxes(pass.divider.children());
-  const auto merge = [&](const std::vector<GridBox>& part) {
-    for (std::size_t child = 0; child < boxes.size(); ++child) boxes[child].add(part[child]);
-  };
-  if (!pass.mode.parallel) {
-    // In order, each slab's cursors are simply where the one before has stopped.
-    Cursors cursors{{starts.begin(), starts.end() - 1},
-                    std::vector<std::uint64_t>(pass.divider.tie_count())};
-    for_each_slab(pass.slabs, pass.mode,
-                  [&](std::uint64_t i) { merge(scatter_slab(pass, pass.slabs[i], cursors)); });
-    return boxes;
-  }
-  std::vector<Cursors> cursors(pass.slabs.size());
-  for_each_slab(pass.slabs, pass.mode,
-                [&](std::uint64_t i) { cursors[i] = count_slab(pass, pass.slabs[i]); });
-  accumulate(pass.divider, starts, cursors);
-  std::vector<std::vector<GridBox>> parts(pass.slabs.size());
-  for_each_slab(pass.slabs, pass.mode,
-                [&](std::uint64_t i) { parts[i] = scatter_slab(pass, pass.slabs[i], cursors[i]); });
-  for (const auto& part : parts) merge(part);
   return boxes;
 }
 
@@ -197,17 +210,18 @@ std::vector<GridBox> partition(std::span<const Slab> slabs, const GridBox& box,
                                const PassMode& mode) {
   const std::size_t axis = longest_axis(box, step);
   const auto ranks = starts.subspan(1, starts.size() - 2);
-  const std::vector<Boundary> boundaries =
+  const Selection selection =
       select_ranks(slabs, axis, box.min[axis], box.span(static_cast<int>(axis)), ranks, mode);
-  std::vector<Tie> ties;
-  std::vector<std::uint32_t> keys;
-  for (const Boundary& boundary : boundaries) {
-    keys.push_back(boundary.key);
-    if (ties.empty() || ties.back().key != boundary.key)
-      ties.push_back({boundary.key, boundary.less});
-  }
-  const Divider divider(std::move(ties), std::move(keys), starts);
-  return scatter({slabs, step, axis, box.min[axis], divider, target, mode}, starts);
+  const Divider divider(selection.boundaries, starts);
+  const Pass pass{slabs, step, axis, box.min[axis], divider, target, mode};
+  std::vector<Cursors> cursors = first_cursors(pass, starts, selection.slabs);
+  std::vector<std::vector<GridBox>> parts(slabs.size());
+  for_each_slab(slabs, mode,
+                [&](std::uint64_t i) { parts[i] = scatter_slab(pass, slabs[i], cursors[i]); });
+  std::vector<GridBox> boxes(divider.children());
+  for (const auto& part : parts)
+    for (std::size_t child = 0; child < boxes.size(); ++child) boxes[child].add(part[child]);
+  return boxes;
 }
 
 }  // namespace cairn::stages

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <span>
 #include <vector>
@@ -57,19 +58,52 @@ void for_each_slab(std::span<const Slab> slabs, const PassMode& mode, Visit&& vi
   for (std::uint64_t i = 0; i < slabs.size(); ++i) step(i);
 }
 
-/// Calls `visit(record bytes, grid position)` for each record of a slab, in order.
-template <typename Visit>
-void for_each_record(const Slab& slab, Visit&& visit) {
-  const std::byte* record = slab.record(0);
-  if (slab.map != nullptr) {
-    for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride)
-      visit(record, slab.map->map(record));
-    return;
-  }
-  for (std::uint64_t i = 0; i < slab.count; ++i, record += slab.stride) {
+/// Some records of a slab, which follow each other, with their grid positions.
+struct RecordBlock {
+  const std::byte* records;
+  std::size_t stride;
+  const std::byte* positions;  ///< three int32 each
+  std::size_t position_stride;
+  std::size_t count;  ///< kMost at most
+
+  static constexpr std::size_t kMost =
+      1024;  ///< what is told of each of them stays in the nearest cache
+
+  formats::GridPoint position(std::size_t i) const {
     formats::GridPoint position;
-    std::memcpy(position.data(), record, 12);
-    visit(record, position);
+    std::memcpy(position.data(), positions + i * position_stride, sizeof(position));
+    return position;
+  }
+};
+
+/// Calls visit(block) for all records of a slab, in order.
+template <typename Visit>
+void for_each_block(const Slab& slab, const Visit& visit) {
+  std::array<formats::GridPoint, RecordBlock::kMost> mapped;
+  for (std::uint64_t first = 0; first < slab.count; first += RecordBlock::kMost) {
+    const std::byte* records = slab.record(first);
+    const std::size_t count = std::min<std::uint64_t>(RecordBlock::kMost, slab.count - first);
+    if (slab.map == nullptr) {
+      visit(RecordBlock{records, slab.stride, records, slab.stride, count});
+      continue;
+    }
+    for (std::size_t i = 0; i < count; ++i) mapped[i] = slab.map->map(records + i * slab.stride);
+    visit(RecordBlock{records, slab.stride, reinterpret_cast<const std::byte*>(mapped.data()),
+                      sizeof(formats::GridPoint), count});
+  }
+}
+
+/// Coordinates as steps above the smallest of a node.
+using BlockKeys = std::array<std::uint32_t, RecordBlock::kMost>;
+
+/// Those of the records of a block on an axis; `low` is the smallest.
+inline void load_keys(const RecordBlock& block, std::size_t axis, std::int32_t low,
+                      BlockKeys& keys) {
+  const std::byte* at = block.positions + axis * sizeof(std::int32_t);
+  for (std::size_t i = 0; i < block.count; ++i, at += block.position_stride) {
+    std::uint32_t coordinate;
+    std::memcpy(&coordinate, at, sizeof(coordinate));
+    keys[i] = coordinate - static_cast<std::uint32_t>(low);
   }
 }
 

@@ -96,12 +96,14 @@ class Splitter {
     std::vector<Slab> slabs;
     std::vector<std::size_t> scans;  // of the slabs
     const std::uint64_t records = slab_records(imported.stride);
+    const auto map_of = [&](std::size_t scan) {
+      return imported.maps.empty() || imported.maps[scan].same() ? nullptr : &imported.maps[scan];
+    };
     for (const RecordRun& run : imported.runs)
       for (std::uint64_t done = 0; done < run.count; done += records) {
         slabs.push_back({&imported.array, run.first_byte + done * imported.stride,
                          std::min(records, run.count - done), imported.stride,
-                         imported.native_position_bytes,
-                         imported.maps.empty() ? nullptr : &imported.maps[run.scan]});
+                         imported.native_position_bytes, map_of(run.scan)});
         scans.push_back(run.scan);
       }
     std::vector<Rounding> of_slabs(slabs.size());

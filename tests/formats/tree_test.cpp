@@ -135,6 +135,13 @@ TEST(Tree, BestFanoutComesClosestToTheTarget) {
   }
 }
 
+TEST(Tree, BestFanoutOfEqualOnesIsFourOrElseTheSmaller) {
+  // 1024 leaves as 4^5 or 2^10, 512 as 8^3 or 2^9, 64 as 8^2, 4^3 or 2^6.
+  EXPECT_EQ(Tree::best_fanout(std::uint64_t{65536} * 1024, 65536), 4U);
+  EXPECT_EQ(Tree::best_fanout(std::uint64_t{65536} * 512, 65536), 2U);
+  EXPECT_EQ(Tree::best_fanout(std::uint64_t{65536} * 64, 65536), 4U);
+}
+
 TEST(Tree, CountsBeyondFourBillionPoints) {
   const std::uint64_t n = std::uint64_t{5} << 40;
   const Tree tree(n, 4, 65536);

@@ -36,16 +36,30 @@ TEST(SelectRanks, EqualsSortingForEverySpanAndManyTies) {
       slabs.push_back({&array, first * 12, std::min<std::size_t>(700, count - first), 12});
     std::vector<std::uint64_t> ranks;
     for (std::uint64_t i = 1; i < 9; ++i) ranks.push_back(i * count / 9);
+    const std::vector<std::uint32_t> in_order = keys;
     std::sort(keys.begin(), keys.end());
-    for (const bool parallel : {false, true}) {
-      const auto boundaries = select_ranks(slabs, 1, low, static_cast<std::uint32_t>(span), ranks,
-                                           {context, parallel, parallel});
+    for (const std::uint64_t most_collected : {0, 100, 1'000'000}) {
+      const bool parallel = most_collected == 100;
+      const Selection selection =
+          select_ranks(slabs, 1, low, static_cast<std::uint32_t>(span), ranks,
+                       {context, parallel, parallel}, most_collected);
+      const auto& boundaries = selection.boundaries;
       ASSERT_EQ(boundaries.size(), ranks.size());
       for (std::size_t i = 0; i < ranks.size(); ++i) {
         EXPECT_EQ(boundaries[i].key, keys[ranks[i]]) << span;
         EXPECT_EQ(boundaries[i].less,
                   static_cast<std::uint64_t>(
                       std::lower_bound(keys.begin(), keys.end(), keys[ranks[i]]) - keys.begin()));
+        EXPECT_EQ(boundaries[i].equal,
+                  static_cast<std::uint64_t>(std::ranges::count(keys, keys[ranks[i]])));
+        for (std::size_t slab = 0; slab < slabs.size(); ++slab) {
+          const auto own = std::span(in_order).subspan(700 * slab, slabs[slab].count);
+          const Boundary& found = selection.slabs[slab][i];
+          EXPECT_EQ(found.key, keys[ranks[i]]);
+          EXPECT_EQ(found.less, static_cast<std::uint64_t>(std::ranges::count_if(
+                                    own, [&](std::uint32_t key) { return key < found.key; })));
+          EXPECT_EQ(found.equal, static_cast<std::uint64_t>(std::ranges::count(own, found.key)));
+        }
       }
     }
   }

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace cairn::stages {
+namespace cairn::formats {
 
 enum class VectorPath { kPortable, kAvx2, kAvx512 };
 
@@ -47,4 +47,4 @@ decltype(auto) vectorized(Arguments&&... arguments) {
   return detail::run_portable<Function>(std::forward<Arguments>(arguments)...);
 }
 
-}  // namespace cairn::stages
+}  // namespace cairn::formats

@@ -1,9 +1,9 @@
-#include "stages/vector_path.h"
+#include "formats/vector_path.h"
 
 #include <cstdlib>
 #include <string_view>
 
-namespace cairn::stages {
+namespace cairn::formats {
 namespace {
 
 VectorPath best_path() {
@@ -32,4 +32,4 @@ VectorPath vector_path() {
   return path;
 }
 
-}  // namespace cairn::stages
+}  // namespace cairn::formats
