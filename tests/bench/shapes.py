@@ -9,7 +9,6 @@ machine does meets all of them, and prints their medians with the fastest and sl
 """
 
 import argparse
-import json
 import math
 import pathlib
 import random
@@ -19,9 +18,9 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+import builds
+
 RECORD = struct.Struct("<iii8x")
 EXTENT = 1_000_000  # steps of a millimetre
 
@@ -58,21 +57,6 @@ def write_las(path, count, place, more):
         file.write(b"".join(RECORD.pack(*point) for point in more))
 
 
-def build_once(arguments, scan, output):
-    """Seconds and MiB."""
-    command = [arguments.program, "build", scan, "-o", output, "--force", "--progress", "none",
-               "--threads", str(arguments.threads)]
-    start = time.monotonic()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    seconds = time.monotonic() - start
-    return seconds, json.loads((output / "run.json").read_text())["peak_memory_bytes"] / 2**20
-
-
-def spread(values, digits):
-    median, least, most = (f"{value:.{digits}f}" for value in (statistics.median(values), min(values), max(values)))
-    return f"{median} ({least} to {most})"
-
-
 def print_report(arguments, runs):
     print(f"{arguments.points:,} points, {arguments.threads} threads, {arguments.turns} turns\n")
     print("| cloud | seconds | to the surface | peak memory, MiB | to the surface |")
@@ -81,16 +65,13 @@ def print_report(arguments, runs):
     for name, results in runs.items():
         seconds, memory = zip(*results)
         ratios = [here / there for here, there in zip(middle[name], middle["surface"])]
-        print(f"| {name} | {spread(seconds, 2)} | {ratios[0]:.2f} | {spread(memory, 0)} | {ratios[1]:.2f} |")
+        print(f"| {name} | {builds.spread(seconds, 2)} | {ratios[0]:.2f} | {builds.spread(memory, 0)} | {ratios[1]:.2f} |")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--points", type=int, default=5_000_000)
+    builds.add_arguments(parser, points=5_000_000)
     parser.add_argument("--turns", type=int, default=5)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/cairn")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the scans and datasets, kept afterwards")
     arguments = parser.parse_args()
     folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-shapes-"))
     folder.mkdir(parents=True, exist_ok=True)
@@ -102,9 +83,9 @@ def main():
         runs = {name: [] for name in CLOUDS}
         for turn in range(arguments.turns + 1):
             for name, scan in scans.items():
-                result = build_once(arguments, scan, folder / "shape.cairn")
+                record = builds.build(arguments.program, scan, folder / "shape.cairn", arguments.threads)
                 if turn > 0:
-                    runs[name].append(result)
+                    runs[name].append((record["wall_s"], record["peak_memory_bytes"] / 2**20))
         print_report(arguments, runs)
     finally:
         if not arguments.keep:

@@ -23,21 +23,17 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+import builds
 
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--points", type=int, default=20_000_000)
+    builds.add_arguments(parser, points=20_000_000)
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/cairn")
     parser.add_argument("--generator", type=pathlib.Path,
                         help="C++ source of a `gen_scan N PREFIX las`; without it make_scan is used")
     parser.add_argument("--scan", type=pathlib.Path, help="an input to take instead of a synthetic one")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the scan and the datasets, kept afterwards")
     parser.add_argument("flags", nargs="*", help="flags for `cairn build`")
     return parser.parse_args()
 
@@ -46,28 +42,13 @@ def make_scan(arguments, folder):
     """The input: given, kept from an earlier call, or made."""
     if arguments.scan:
         return arguments.scan
-    scan = folder / f"bench-{arguments.points}.las"
-    if scan.exists():
-        return scan
     if arguments.generator:
-        generator = folder / "gen_scan"
-        subprocess.run(["g++", "-O2", "-o", generator, arguments.generator], check=True)
-        subprocess.run([generator, str(arguments.points), scan.with_suffix("").as_posix(), "las"], check=True)
-    else:
+        return builds.generate(arguments.generator, arguments.points, "las", folder)
+    scan = folder / f"statue-{arguments.points}.las"
+    if not scan.exists():
         subprocess.run([arguments.program.parent / "make_scan", "--points", str(arguments.points),
                         "--shape", "statue", "-o", scan], check=True)
     return scan
-
-
-def build_once(arguments, scan, output):
-    command = [arguments.program, "build", scan, "-o", output, "--force", "--progress", "none",
-               "--threads", str(arguments.threads), *arguments.flags]
-    start = time.monotonic()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    wall = time.monotonic() - start
-    record = json.loads((output / "run.json").read_text())
-    record["wall_s"] = wall
-    return record
 
 
 def row(name, seconds, points):
@@ -102,8 +83,8 @@ def main():
     try:
         scan = make_scan(arguments, folder)
         output = folder / "bench.cairn"
-        build_once(arguments, scan, output)
-        records = [build_once(arguments, scan, output) for _ in range(arguments.runs)]
+        records = [builds.build(arguments.program, scan, output, arguments.threads, arguments.flags)
+                   for _ in range(arguments.runs + 1)][1:]
         print_report(arguments, scan, output, records)
     finally:
         if not arguments.keep:
