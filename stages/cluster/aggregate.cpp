@@ -111,7 +111,7 @@ class Aggregator {
       }
     // The greatest sum is that of 2 d residual + weight d^2, where no d is above the extent.
     constexpr Uint128 kLimit = Uint128{1} << 62;
-    const Uint128 residuals = Uint128{2 * node_.count()} * residual;
+    const Uint128 residuals = Uint128{residual} * node_.count() * 2;
     return weight < kLimit / extent / extent / 4 && residuals < kLimit / extent / 4;
   }
 

@@ -138,12 +138,11 @@ class PacketSearch {
   static Lanes<T> lanes_of(const T* column, const Range& range) {
     Lanes<T> lanes;
     const T* const from = column + range.first;
-    if (range.count == kLanes)
-#pragma omp simd
-      for (std::uint32_t k = 0; k < kLanes; ++k) lanes[k] = from[k];
-    else
-#pragma omp simd
-      for (std::size_t k = 0; k < kLanes; ++k) lanes[k] = from[std::min(k, range.count - 1)];
+    if (range.count == kLanes) {
+      std::copy_n(from, kLanes, lanes.begin());
+      return lanes;
+    }
+    for (std::size_t k = 0; k < kLanes; ++k) lanes[k] = from[std::min(k, range.count - 1)];
     return lanes;
   }
 

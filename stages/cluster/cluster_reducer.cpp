@@ -297,6 +297,7 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
   Clustering clustering(node, points, quota);
   clustering.collapse_coincident(options_.theta.start_degrees);
   const GridUse used = merge_in_grid(clustering, node.curve.cell_bits, options_);
+  const float theta_reached = clustering.theta_reached();
   std::vector<std::uint32_t> cluster_of = std::move(clustering).cluster_of_points();
   for (std::uint32_t pass = 0; pass < options_.refinement; ++pass)
     lloyd_pass(points, options_.theta.start_degrees, quota, cluster_of);
@@ -304,11 +305,10 @@ Reduction ClusterReducer::reduce(const NodeView& node, std::uint64_t quota) cons
   return {.representative = by_point(node.curve, cluster_of),
           .chosen = {},
           .blend = {},
-          .theta_degrees = node.normal.empty()
-                               ? 0
-                               : std::max(options_.theta.start_degrees, clustering.theta_reached()),
+          .theta_degrees =
+              node.normal.empty() ? 0 : std::max(options_.theta.start_degrees, theta_reached),
           .grid = used.cells,
-          .theta_relaxed = clustering.theta_reached() > options_.theta.start_degrees,
+          .theta_relaxed = theta_reached > options_.theta.start_degrees,
           .grid_coarsened = used.coarsened};
 }
 
