@@ -1,11 +1,14 @@
 """What the benchmarks of whole builds share: scans from a generator, builds that are timed, medians with their spread."""
 
+import contextlib
 import json
 import os
 import pathlib
+import shutil
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -18,6 +21,21 @@ def add_arguments(parser, points=None):
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--program", type=pathlib.Path, default=PROGRAM)
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the scans and datasets, kept afterwards")
+
+
+@contextlib.contextmanager
+def workplace(keep):
+    """The folder for scans and datasets: `keep`, which stays, or one that is removed at the end. A program that fails in it
+    ends this one with a line that names it."""
+    folder = keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-bench-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield folder
+    except subprocess.CalledProcessError as error:
+        sys.exit(f"{error.cmd[0]} ended with exit code {error.returncode}")
+    finally:
+        if not keep:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def generate(generator, points, kind, folder):

@@ -15,9 +15,6 @@ Example:
 import argparse
 import pathlib
 import shutil
-import subprocess
-import sys
-import tempfile
 
 import builds
 
@@ -35,9 +32,7 @@ def main():
     parser.add_argument("--sizes", type=int, nargs="+", default=[20_000_000, 187_000_000])
     parser.add_argument("--memory", type=gibibytes, nargs="+", default=[1, 4])
     arguments = parser.parse_args()
-    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-growth-"))
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
+    with builds.workplace(arguments.keep) as folder:
         print("| points | memory, GiB | of the group | seconds | a million points | peak resident, MiB |")
         print("| --- | --- | --- | --- | --- | --- |")
         for points in arguments.sizes:
@@ -50,13 +45,7 @@ def main():
                 print(f"| {points:,} | {memory} | {2 * memory} | {record['wall_s']:.1f} | "
                       f"{record['wall_s'] / points * 1e6:.3f} | {record['peak_memory_bytes'] / 2**20:.0f} |", flush=True)
                 shutil.rmtree(folder / "bench.cairn")
-    finally:
-        if not arguments.keep:
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except subprocess.CalledProcessError as error:
-        sys.exit(f"growth: {error.cmd[0]} ended with exit code {error.returncode}")
+    main()

@@ -20,7 +20,6 @@ import shutil
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 
 import builds
@@ -78,17 +77,9 @@ def main():
         sys.exit("peers: pcl_outofcore_process is not there; it comes with Debian's pcl-tools")
     if arguments.quick:
         arguments.points, arguments.turns = PCL_POINTS, 1
-    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-peers-"))
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
+    with builds.workplace(arguments.keep) as folder:
         print_report(arguments, measure(arguments, folder))
-    finally:
-        if not arguments.keep:
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except subprocess.CalledProcessError as error:
-        sys.exit(f"peers: {error.cmd[0]} ended with exit code {error.returncode}")
+    main()

@@ -12,12 +12,8 @@ import argparse
 import math
 import pathlib
 import random
-import shutil
 import statistics
 import struct
-import subprocess
-import sys
-import tempfile
 
 import builds
 
@@ -73,9 +69,7 @@ def main():
     builds.add_arguments(parser, points=5_000_000)
     parser.add_argument("--turns", type=int, default=5)
     arguments = parser.parse_args()
-    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-shapes-"))
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
+    with builds.workplace(arguments.keep) as folder:
         scans = {name: folder / f"{name.replace(' ', '-')}-{arguments.points}.las" for name in CLOUDS}
         for name, scan in scans.items():
             if not scan.exists():
@@ -87,13 +81,7 @@ def main():
                 if turn > 0:
                     runs[name].append((record["wall_s"], record["peak_memory_bytes"] / 2**20))
         print_report(arguments, runs)
-    finally:
-        if not arguments.keep:
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except subprocess.CalledProcessError as error:
-        sys.exit(f"shapes: {error.cmd[0]} ended with exit code {error.returncode}")
+    main()

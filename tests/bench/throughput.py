@@ -18,11 +18,8 @@ Examples:
 import argparse
 import json
 import pathlib
-import shutil
 import statistics
 import subprocess
-import sys
-import tempfile
 
 import builds
 
@@ -78,21 +75,13 @@ def print_report(arguments, scan, output, records):
 
 def main():
     arguments = parse_arguments()
-    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="cairn-bench-"))
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
+    with builds.workplace(arguments.keep) as folder:
         scan = make_scan(arguments, folder)
         output = folder / "bench.cairn"
         records = [builds.build(arguments.program, scan, output, arguments.threads, arguments.flags)
                    for _ in range(arguments.runs + 1)][1:]
         print_report(arguments, scan, output, records)
-    finally:
-        if not arguments.keep:
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except subprocess.CalledProcessError as error:
-        sys.exit(f"throughput: {error.cmd[0]} ended with exit code {error.returncode}")
+    main()
