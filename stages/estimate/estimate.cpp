@@ -99,9 +99,8 @@ class Estimator {
     throw_if_stopped(context_);
     const DistinctPositions points(leaves_.of(leaf), in_.stride, box);
     std::vector<Estimated> estimated(points.positions.size());
-    PlaneFitter fitter(in_.grid);
     finder.find(leaf, points, [&](std::size_t i, std::span<const Neighbor> neighbors) {
-      if (options_.normals) estimated[i].normal = fitter.normal(neighbors);
+      if (options_.normals) estimated[i].normal = plane_normal(in_.grid, neighbors);
       if (options_.radii) estimated[i].radius = splat_radius(in_.grid, neighbors);
     });
     write(leaf, points, estimated);

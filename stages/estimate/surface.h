@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <optional>
 #include <span>
 
@@ -13,22 +12,9 @@ namespace cairn::stages {
 
 using NormalVector = std::array<float, 3>;
 
-/// Fits planes; holds what a fit needs, so one a worker.
-class PlaneFitter {
- public:
-  explicit PlaneFitter(const formats::Grid& grid);
-  ~PlaneFitter();
-
-  /// The unit normal of the plane nearest to the neighbours (least squares through their mean), of either
-  /// sign; zero where no plane is told: fewer than three neighbours, or all on a line. Requires
-  /// neighbours sorted, the position itself first.
-  NormalVector normal(std::span<const Neighbor> neighbors);
-
- private:
-  struct Cloud;
-  formats::Grid grid_;
-  std::unique_ptr<Cloud> cloud_;
-};
+/// The unit normal of the plane nearest to the neighbours (least squares through their mean), of either sign; zero where
+/// no plane is told: fewer than three neighbours, or all on a line. Requires neighbours sorted, the position itself first.
+NormalVector plane_normal(const formats::Grid& grid, std::span<const Neighbor> neighbors);
 
 /// Turns a normal at `position` (world units) to the side of the sensor. Without a sensor, or where the
 /// surface is seen edge-on, to the side of +z; a vertical surface to +x, and one across y to +y.

@@ -8,7 +8,7 @@
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/dataset/normal_map.h"
-#include "stages/neighbors/position_index.h"
+#include "stages/measure/position_index.h"
 
 namespace cairn::stages {
 

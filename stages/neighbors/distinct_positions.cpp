@@ -26,40 +26,43 @@ std::uint64_t curve_key(const GridPoint& p, const GridBox& box) {
 
 struct Keyed {
   std::uint64_t key;
-  std::uint32_t record;
+  std::uint32_t index;
 };
+
+/// The indices of positions in a box along a curve, equal ones next to each other.
+std::vector<Keyed> order_along_curve(std::span<const GridPoint> positions, const GridBox& box) {
+  std::vector<Keyed> order(positions.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = {curve_key(positions[i], box), i};
+  std::sort(order.begin(), order.end(), [&](const Keyed& a, const Keyed& b) {
+    return a.key != b.key ? a.key < b.key : positions[a.index] < positions[b.index];
+  });
+  return order;
+}
 
 }  // namespace
 
 DistinctPositions::DistinctPositions(std::span<const std::byte> records, std::size_t stride,
                                      const GridBox& box) {
-  const std::size_t count = records.size() / stride;
-  std::vector<GridPoint> position(count);
-  std::vector<Keyed> order(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    position[i] = position_of(records.data() + i * stride);
-    order[i] = {curve_key(position[i], box), i};
-  }
-  std::sort(order.begin(), order.end(), [&](const Keyed& a, const Keyed& b) {
-    return a.key != b.key ? a.key < b.key : position[a.record] < position[b.record];
-  });
-  of_record.resize(count);
-  for (const Keyed& next : order) {
-    if (positions.empty() || positions.back() != position[next.record])
-      positions.push_back(position[next.record]);
-    of_record[next.record] = static_cast<std::uint32_t>(positions.size() - 1);
+  std::vector<GridPoint> all(records.size() / stride);
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = position_of(records.data() + i * stride);
+  of_record.resize(all.size());
+  for (const Keyed& next : order_along_curve(all, box)) {
+    if (positions.empty() || positions.back() != all[next.index])
+      positions.push_back(all[next.index]);
+    of_record[next.index] = static_cast<std::uint32_t>(positions.size() - 1);
   }
 }
 
 std::vector<GridPoint> distinct_within(std::span<const std::byte> records, std::size_t stride,
                                        const GridBox& region) {
-  std::vector<GridPoint> positions;
+  std::vector<GridPoint> inside, distinct;
   for (std::size_t at = 0; at < records.size(); at += stride)
     if (const GridPoint p = position_of(records.data() + at); region.contains(p))
-      positions.push_back(p);
-  std::sort(positions.begin(), positions.end());
-  positions.erase(std::unique(positions.begin(), positions.end()), positions.end());
-  return positions;
+      inside.push_back(p);
+  for (const Keyed& next : order_along_curve(inside, region))
+    if (distinct.empty() || distinct.back() != inside[next.index])
+      distinct.push_back(inside[next.index]);
+  return distinct;
 }
 
 }  // namespace cairn::stages

@@ -21,7 +21,7 @@ struct DistinctPositions {
   std::vector<std::uint32_t> of_record;  ///< index into `positions`, for each record
 };
 
-/// The distinct positions of the records that lie in `region`, in lexicographic order.
+/// The distinct positions of the records that lie in `region`, along a curve.
 std::vector<formats::GridPoint> distinct_within(std::span<const std::byte> records,
                                                 std::size_t stride, const formats::GridBox& region);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "stages/neighbors/position_index.h"
+#include "stages/neighbors/block_index.h"
 
 namespace cairn::stages {
 
@@ -21,24 +21,6 @@ std::size_t open_limit(std::size_t neighbors) {
   return std::max<std::size_t>(64, kOpenBytes / (neighbors * sizeof(Neighbor) + 64));
 }
 
-/// Fills a set with the nearest positions; they are ranked by the set's own order.
-class SetFiller final : public PositionSink {
- public:
-  /// `may_hold`: whether the set may hold some of the positions already.
-  SetFiller(std::span<const GridPoint> positions, NeighborSet& nearest, bool may_hold)
-      : positions_(positions), nearest_(nearest), may_hold_(may_hold) {}
-  double reach() const override { return nearest_.reach(); }
-  void offer(double squared_distance, std::size_t index) override {
-    const Neighbor neighbor{squared_distance, positions_[index]};
-    if (!may_hold_ || !nearest_.holds(neighbor)) nearest_.add(neighbor);
-  }
-
- private:
-  std::span<const GridPoint> positions_;
-  NeighborSet& nearest_;
-  bool may_hold_;
-};
-
 /// The largest or smallest step from p that lies within `radius`, kept inside [least, most]. A step
 /// more than the quotient's rounding may lose.
 std::int32_t stepped(std::int32_t p, double radius, double step, int sign, std::int32_t least,
@@ -52,7 +34,7 @@ std::int32_t stepped(std::int32_t p, double radius, double step, int sign, std::
 
 void NeighborhoodFinder::find(std::uint64_t leaf, const DistinctPositions& points,
                               const TakeNeighbors& take) const {
-  const PositionIndex own(points.positions, boxes_.step());
+  const BlockIndex own(points.positions, boxes_.step());
   NearLeaves near(boxes_, leaf);
   std::vector<Open> open;
   const auto settle_open = [&] {
@@ -60,17 +42,24 @@ void NeighborhoodFinder::find(std::uint64_t leaf, const DistinctPositions& point
     for (Open& settled : open) take(settled.point, settled.nearest.sorted());
     open.clear();
   };
-  NeighborSet nearest(neighbors_);
-  for (std::size_t i = 0; i < points.positions.size(); ++i) {
-    nearest.clear();
-    SetFiller filler(points.positions, nearest, /*may_hold=*/false);
-    own.search(points.positions[i], filler);
-    if (is_closed(points.positions[i], nearest.reach(), leaf, near)) {
-      take(i, nearest.sorted());
-    } else {
-      open.push_back({i, nearest});
-      if (open.size() == open_limit(neighbors_)) settle_open();
+  std::vector<NeighborSet> nearest(BlockIndex::kBlock, NeighborSet(neighbors_));
+  BlockSearch search(own);
+  std::vector<BlockSearch::Query> queries;
+  for (std::size_t first = 0; first < points.positions.size(); first += BlockIndex::kBlock) {
+    const std::size_t count = std::min(BlockIndex::kBlock, points.positions.size() - first);
+    queries.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      nearest[i].clear();
+      queries.push_back({points.positions[first + i], &nearest[i]});
     }
+    search.search(queries);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (is_closed(queries[i].at, nearest[i].reach(), leaf, near))
+        take(first + i, nearest[i].sorted());
+      else
+        open.push_back({first + i, nearest[i]});
+    }
+    if (open.size() >= open_limit(neighbors_)) settle_open();
   }
   settle_open();
 }
@@ -128,10 +117,14 @@ void NeighborhoodFinder::ask_leaf(std::uint64_t leaf, const DistinctPositions& p
     records_.release(offset, size_bytes);
   }
   if (halo.empty()) return;
-  const PositionIndex index(halo, boxes_.step());
+  const BlockIndex index(halo, boxes_.step());
+  BlockSearch search(index);
+  std::vector<BlockSearch::Query> queries;
   for (Open* asker : askers) {
-    SetFiller filler(halo, asker->nearest, /*may_hold=*/true);
-    index.search(points.positions[asker->point], filler);
+    queries.push_back({points.positions[asker->point], &asker->nearest});
+    if (queries.size() < BlockIndex::kBlock && asker != askers.back()) continue;
+    search.search(queries);
+    queries.clear();
   }
 }
 
@@ -154,7 +147,7 @@ GridBox NeighborhoodFinder::reached_part(const GridBox& box, const DistinctPosit
 }
 
 std::uint64_t NeighborhoodFinder::find_bytes(std::uint64_t leaf_points, std::size_t neighbors) {
-  const std::uint64_t index = leaf_points * (PositionIndex::kBytesPerPosition + sizeof(GridPoint));
+  const std::uint64_t index = leaf_points * (BlockIndex::kBytesPerPosition + sizeof(GridPoint));
   return 2 * index + open_limit(neighbors) * (neighbors * sizeof(Neighbor) + 64);
 }
 

@@ -1,5 +1,5 @@
 // The one place that knows FLANN.
-#include "stages/neighbors/position_index.h"
+#include "stages/measure/position_index.h"
 
 #include <bit>
 #include <cmath>
