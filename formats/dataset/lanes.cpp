@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 
 #include "formats/bytes.h"
 #include "formats/dataset/normal_map.h"
@@ -80,6 +82,27 @@ void accumulate(U* block, std::size_t n, std::span<U> previous) {
   }
 }
 
+/// Modulo 2^bits.
+template <typename U>
+void multiply(U* lane, std::size_t n, U factor) {
+  // Unsigned and no narrower than an int: a product of two 16-bit values would overflow the int that they promote to.
+  using Wide = std::common_type_t<U, unsigned>;
+  for (std::size_t i = 0; i < n; ++i) lane[i] = static_cast<U>(Wide{lane[i]} * Wide{factor});
+}
+
+/// Divides by a factor of all values: by its power of two, then by what is odd, which has an inverse modulo 2^bits.
+template <typename U>
+void divide_exactly(U* lane, std::size_t n, U factor) {
+  using Wide = std::common_type_t<U, unsigned>;
+  const int zeros = std::countr_zero(factor);
+  const Wide odd = static_cast<Wide>(factor >> zeros);
+  Wide inverse = odd;  // right in the lowest 3 bits; each step doubles them
+  for (int bits = 3; bits < std::numeric_limits<U>::digits; bits *= 2)
+    inverse = inverse * (2 - odd * inverse);
+  for (std::size_t i = 0; i < n; ++i) lane[i] = static_cast<U>(lane[i] >> zeros);
+  multiply(lane, n, static_cast<U>(inverse));
+}
+
 template <typename U>
 void to_cube_digits(U* block, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
@@ -154,9 +177,7 @@ void LaneSplitter<U>::split_here(const std::byte* points, std::size_t n, std::sp
   gather(points, components_, n, out.data());
   if (plan_.has(LanePlan::kFactor))
     for (std::size_t c = 0; c < components_; ++c)
-      for (std::size_t i = 0; i < n; ++i)
-        out[c * kLaneBlock + i] =
-            static_cast<U>(out[c * kLaneBlock + i] / static_cast<U>(plan_.factor));
+      divide_exactly(out.data() + c * kLaneBlock, n, static_cast<U>(plan_.factor));
   if (plan_.has(LanePlan::kGreenDifference)) {
     for (std::size_t i = 0; i < n; ++i) {
       const U green = out[kLaneBlock + i];
@@ -180,6 +201,11 @@ LaneJoiner<U>::LaneJoiner(const ColumnShape& shape, const LanePlan& plan)
 
 template <std::unsigned_integral U>
 void LaneJoiner<U>::join(std::span<U> block, std::size_t n, std::byte* points) {
+  vectorized<&LaneJoiner::join_block>(*this, block, n, points);
+}
+
+template <std::unsigned_integral U>
+void LaneJoiner<U>::join_here(std::span<U> block, std::size_t n, std::byte* points) {
   if (!plan_.has(LanePlan::kAbsolute)) {
     if (!plan_.has(LanePlan::kMonotone))
       for (U& value : block) value = unzigzag(value);
@@ -194,11 +220,8 @@ void LaneJoiner<U>::join(std::span<U> block, std::size_t n, std::byte* points) {
     }
   }
   if (plan_.has(LanePlan::kFactor)) {
-    // Through 64 bits: a product of two 16-bit values would overflow the int that they promote to.
     for (std::size_t c = 0; c < components_; ++c)
-      for (std::size_t i = 0; i < n; ++i)
-        block[c * kLaneBlock + i] =
-            static_cast<U>(std::uint64_t{block[c * kLaneBlock + i]} * plan_.factor);
+      multiply(block.data() + c * kLaneBlock, n, static_cast<U>(plan_.factor));
   }
   scatter(block.data(), components_, n, points);
 }

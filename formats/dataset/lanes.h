@@ -82,6 +82,11 @@ class LaneJoiner {
   void join(std::span<U> block, std::size_t n, std::byte* points);
 
  private:
+  static void join_block(LaneJoiner& joiner, std::span<U> block, std::size_t n, std::byte* points) {
+    joiner.join_here(block, n, points);
+  }
+  void join_here(std::span<U> block, std::size_t n, std::byte* points);
+
   std::uint32_t components_;
   LanePlan plan_;
   std::size_t lanes_;

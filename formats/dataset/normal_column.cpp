@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "formats/bytes.h"
 #include "formats/error.h"
@@ -43,13 +44,18 @@ std::vector<std::uint16_t> encode_normal_column(std::span<const std::byte> colum
 std::vector<std::byte> decode_normal_column(std::span<const std::uint16_t> codes, ScalarType type) {
   const std::size_t size = size_bytes(type);
   std::vector<std::byte> column(codes.size() * 3 * size);
+  const std::span<const Normal> normals = decoded_normals();
   std::byte* to = column.data();
+  if (type == ScalarType::kF32) {
+    for (const std::uint16_t code : codes) {
+      std::memcpy(to, normals[code].data(), sizeof(Normal));
+      to += sizeof(Normal);
+    }
+    return column;
+  }
   for (const std::uint16_t code : codes)
-    for (const float c : decode_normal(code)) {
-      if (type == ScalarType::kF32)
-        store_le(to, c);
-      else
-        store_le(to, static_cast<double>(c));
+    for (const float c : normals[code]) {
+      store_le(to, static_cast<double>(c));
       to += size;
     }
   return column;

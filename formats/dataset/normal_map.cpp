@@ -147,5 +147,6 @@ std::uint16_t encode_normal(const Normal& n) {
 }
 
 const Normal& decode_normal(std::uint16_t code) { return table()[code]; }
+std::span<const Normal> decoded_normals() { return table(); }
 
 }  // namespace cairn::formats

@@ -34,5 +34,7 @@ std::uint16_t encode_normal(const Normal& n);
 /// The unit normal of a code (each component within 1e-7 of a true unit vector), or zero for kNoNormal
 /// and for the codes that stand for nothing.
 const Normal& decode_normal(std::uint16_t code);
+/// Those of all codes.
+std::span<const Normal> decoded_normals();
 
 }  // namespace cairn::formats

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "formats/error.h"
+#include "formats/vector_path.h"
 #include "formats/wide_int.h"
 
 namespace cairn::formats {
@@ -99,6 +100,56 @@ std::optional<std::size_t> PositionQuantizer::find_beyond(std::span<const Code> 
   return first;
 }
 
+namespace {
+
+/// The numbers of some points, one after the other.
+constexpr std::size_t kAtOnce = 16;
+using Numbers = std::array<double, 3 * kAtOnce>;
+
+/// Of 16-bit codes the step is, in each coordinate, min + floor((code * span + half) / max_code).
+struct Scaling {
+  Numbers min, span, half, max_code;
+};
+
+/// Rounds to an integer what is added to it and taken away again, if that is below 2^51.
+constexpr double kRounder = 0x1.8p52;
+
+/// In doubles, as scale() in integers. Numerators stay below 2^53. With half a one more, a quotient lies between two
+/// integers and at least 2^-17 from both, so that rounding reaches neither; the lower one is the nearest of what is 1/2 less.
+void scale_codes(const Scaling& scaling, std::span<const std::uint16_t> codes,
+                 std::int32_t* steps) {
+  for (std::size_t at = 0; at < codes.size(); at += 3 * kAtOnce) {
+    std::array<std::uint16_t, 3 * kAtOnce> some{};
+    const std::size_t count = std::min(some.size(), codes.size() - at);
+    std::copy_n(codes.data() + at, count, some.data());
+    std::array<std::int32_t, 3 * kAtOnce> step;
+#pragma omp simd
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      const double quotient =
+          (some[k] * scaling.span[k] + (scaling.half[k] + 0.5)) / scaling.max_code[k];
+      step[k] =
+          static_cast<std::int32_t>(scaling.min[k] + ((quotient - 0.5 + kRounder) - kRounder));
+    }
+    std::copy_n(step.data(), count, steps + at);
+  }
+}
+
+}  // namespace
+
+/// Axes that are exact are scaled by 1.
+void PositionQuantizer::decode_scaled(std::span<const std::uint16_t> codes,
+                                      std::span<GridPoint> points) const {
+  Scaling scaling;
+  for (std::size_t k = 0; k < 3 * kAtOnce; ++k) {
+    const Axis& axis = axes_[k % 3];
+    scaling.min[k] = box_.min[k % 3];
+    scaling.span[k] = axis.exact ? 1 : axis.span;
+    scaling.half[k] = axis.exact ? 0 : axis.max_code / 2;
+    scaling.max_code[k] = axis.exact ? 1 : axis.max_code;
+  }
+  if (!points.empty()) vectorized<scale_codes>(scaling, codes, points.front().data());
+}
+
 template <typename Code>
 void PositionQuantizer::decode_all(std::span<const Code> codes, std::span<GridPoint> points) const {
   CAIRN_CHECK(codes.size() == points.size() * 3);
@@ -109,6 +160,7 @@ void PositionQuantizer::decode_all(std::span<const Code> codes, std::span<GridPo
       for (std::size_t a = 0; a < 3; ++a) p[a] = static_cast<std::int32_t>(axes[a].min + *in++);
     return;
   }
+  if constexpr (sizeof(Code) == sizeof(std::uint16_t)) return decode_scaled(codes, points);
   for (GridPoint& p : points)
     for (std::size_t a = 0; a < 3; ++a) p[a] = decode_code(axes[a], *in++);
 }

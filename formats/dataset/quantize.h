@@ -69,6 +69,7 @@ class PositionQuantizer {
   void encode_all(std::span<const GridPoint> points, std::span<Code> codes) const;
   template <typename Code>
   std::optional<std::size_t> find_beyond(std::span<const Code> codes) const;
+  void decode_scaled(std::span<const std::uint16_t> codes, std::span<GridPoint> points) const;
   template <typename Code>
   void decode_all(std::span<const Code> codes, std::span<GridPoint> points) const;
 

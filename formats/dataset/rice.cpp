@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "formats/bytes.h"
 #include "formats/vector_path.h"
@@ -125,50 +126,51 @@ void read_remainders(const std::byte* in, unsigned width, std::span<U> values) {
   }
 }
 
-/// Adds the quotients to the remainders; returns the bytes of the bit map, nothing if it ends early.
+/// Where the ones of each byte stand, in order, counted from 1.
+using OnesOfByte = std::array<std::uint16_t, 8>;
+constexpr std::array<OnesOfByte, 256> kOnes = [] {
+  std::array<OnesOfByte, 256> table{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    std::size_t ones = 0;
+    for (std::uint16_t bit = 0; bit < 8; ++bit)
+      if ((byte >> bit & 1U) != 0) table[byte][ones++] = static_cast<std::uint16_t>(bit + 1);
+  }
+  return table;
+}();
+
+/// Adds the quotients to the remainders; returns the bytes of the bit map, nothing if it ends early. Takes the map a byte at
+/// a time: where its ones stand comes from a table, so that there is no branch a value.
 template <typename U>
 std::optional<std::size_t> read_quotients(std::span<const std::byte> bytes, unsigned width,
                                           std::span<U> values) {
-  std::size_t loaded = 0;    // bytes of the map taken into `word` so far
-  std::size_t word_bit = 0;  // where the word starts in the map
-  std::size_t next_bit = 0;  // behind the one of the value before
-  std::uint64_t word = 0;
-  for (U& value : values) {
-    while (word == 0) {
-      const std::size_t size = std::min<std::size_t>(8, bytes.size() - loaded);
-      if (size == 0) return std::nullopt;
-      if (size == 8)
-        word = load_le<std::uint64_t>(bytes.data() + loaded);
-      else
-        std::memcpy(&word, bytes.data() + loaded, size);
-      word_bit = loaded * 8;
-      loaded += size;
-    }
-    const std::size_t bit = word_bit + static_cast<std::size_t>(std::countr_zero(word));
-    word &= word - 1;
-    // Damaged bytes may name a quotient that U cannot hold: it is cut off, as any other value would be wrong.
-    value = static_cast<U>(value | (static_cast<std::uint64_t>(bit - next_bit) << width));
-    next_bit = bit + 1;
+  // Modulo 2^16 a place in the map tells quotients that fit into 16 bits; others are cut off from such values anyway.
+  using Place = std::conditional_t<sizeof(U) <= 2, std::uint16_t, std::uint32_t>;
+  using Wide = std::common_type_t<U, unsigned>;
+  constexpr std::size_t kMostOfByte = 8;
+  std::array<Place, 1 + kRiceBlock + kMostOfByte> behind;  // each one of the map
+  behind[0] = 0;
+  std::size_t ones = 0, at = 0;
+  for (; ones < values.size(); ++at) {
+    if (at == bytes.size()) return std::nullopt;
+    const auto byte = std::to_integer<unsigned>(bytes[at]);
+    const auto first_bit = static_cast<Place>(8 * at);
+    Place* const to = behind.data() + 1 + ones;
+    const OnesOfByte& place = kOnes[byte];
+#pragma omp simd
+    for (std::size_t k = 0; k < kMostOfByte; ++k) to[k] = static_cast<Place>(first_bit + place[k]);
+    ones += static_cast<std::size_t>(std::popcount(byte));
   }
-  return bytes_for(next_bit);
+  // Damaged bytes may name a quotient that U cannot hold: it is cut off, as any other value would be wrong.
+#pragma omp simd
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto quotient = static_cast<Place>(behind[i + 1] - behind[i] - 1);
+    values[i] = static_cast<U>(values[i] | static_cast<Wide>(Wide{quotient} << width));
+  }
+  return at;
 }
 
-}  // namespace
-
-template <std::unsigned_integral U>
-void rice_encode(std::span<const U> values, std::vector<std::byte>& out) {
-  const Choice choice = vectorized<choose<U>>(values);
-  const std::size_t at = out.size();
-  out.resize(at + 1 + choice.size_bytes);
-  out[at] = static_cast<std::byte>(choice.width | (choice.quotients ? kQuotientFlag : 0));
-  write_remainders(values, choice.width, out.data() + at + 1);
-  if (choice.quotients)
-    write_quotients(values, choice.width,
-                    out.data() + at + 1 + bytes_for(values.size() * choice.width));
-}
-
-template <std::unsigned_integral U>
-std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes, std::span<U> values) {
+template <typename U>
+std::optional<std::size_t> decode_block(std::span<const std::byte> bytes, std::span<U> values) {
   if (bytes.empty()) return std::nullopt;
   const auto head = std::to_integer<unsigned>(bytes[0]);
   const unsigned width = head & kWidthMask;
@@ -194,6 +196,25 @@ std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes, std::sp
   const auto map_bytes = read_quotients(bytes.subspan(remainder_bytes), width, values);
   if (!map_bytes) return std::nullopt;
   return 1 + remainder_bytes + *map_bytes;
+}
+
+}  // namespace
+
+template <std::unsigned_integral U>
+void rice_encode(std::span<const U> values, std::vector<std::byte>& out) {
+  const Choice choice = vectorized<choose<U>>(values);
+  const std::size_t at = out.size();
+  out.resize(at + 1 + choice.size_bytes);
+  out[at] = static_cast<std::byte>(choice.width | (choice.quotients ? kQuotientFlag : 0));
+  write_remainders(values, choice.width, out.data() + at + 1);
+  if (choice.quotients)
+    write_quotients(values, choice.width,
+                    out.data() + at + 1 + bytes_for(values.size() * choice.width));
+}
+
+template <std::unsigned_integral U>
+std::optional<std::size_t> rice_decode(std::span<const std::byte> bytes, std::span<U> values) {
+  return vectorized<decode_block<U>>(bytes, values);
 }
 
 #define CAIRN_INSTANTIATE_RICE(U)                                            \
