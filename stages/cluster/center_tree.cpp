@@ -27,7 +27,9 @@ float rounded_up(float coordinate) {
   return coordinate + (coordinate < 0 ? -coordinate : coordinate) * kCoordinateError;
 }
 
-float larger(float a, float b) { return a > b ? a : b; }
+/// One number or the other, of which one at least is not positive; 0 if both are. Chosen without asking for the larger of
+/// them first, of which GCC makes branches, and no vectors where there are no masks.
+float positive_of(float a, float b) { return (a > 0 ? a : 0) + (b > 0 ? b : 0); }
 
 template <typename Lanes>
 float least_of(const Lanes& lanes) {
@@ -269,7 +271,7 @@ class PacketSearch {
       for (std::uint32_t k = 0; k < kLanes; ++k) {
         const float below = boxes.low[axis][k] - high_in_tree_[axis];
         const float above = low_in_tree_[axis] - boxes.high[axis][k];
-        const float outside = larger(larger(below, above), 0);
+        const float outside = positive_of(below, above);
         squares[k] += outside * outside;
       }
     return bits_below(squares, limit_in_tree_);
@@ -289,7 +291,7 @@ class PacketSearch {
       for (std::uint32_t k = 0; k < kLanes; ++k) {
         center[axis][k] = static_cast<float>(at[axis][k] - origin_[axis]);
         const float below = low_[axis] - center[axis][k], above = center[axis][k] - high_[axis];
-        const float outside = larger(larger(below, above), 0);
+        const float outside = positive_of(below, above);
         squares[k] += outside * outside;
       }
     for (std::uint32_t near = bits_below(squares, limit_); near != 0; near &= near - 1) {
@@ -307,7 +309,9 @@ class PacketSearch {
   /// Compares the candidates with what is known as nearest. Of equally near ones the first stays.
   template <bool kNormals>
   void compare() {
-    alignas(64) Lanes<float> square = square_;
+    // Numbers that are not negative are in the order of their bits. Of conditions on floats GCC makes branches, and no
+    // vectors.
+    alignas(64) auto square = std::bit_cast<Lanes<std::int32_t>>(square_);
     alignas(64) Lanes<std::uint32_t> nearest = nearest_;
     for (std::uint32_t c = 0; c < candidates_; ++c) {
       const Candidate candidate = candidate_[c];
@@ -316,19 +320,19 @@ class PacketSearch {
         const float x = point_[0][k] - candidate.place[0], y = point_[1][k] - candidate.place[1],
                     z = point_[2][k] - candidate.place[2];
         const float now = x * x + y * y + z * z;
-        bool closer = now < square[k];
+        std::int32_t bits = std::bit_cast<std::int32_t>(now);
         if constexpr (kNormals) {
           const float agreed = normal_[0][k] * candidate.normal[0] +
                                normal_[1][k] * candidate.normal[1] +
                                normal_[2][k] * candidate.normal[2] + candidate.bonus;
-          closer =
-              static_cast<bool>(static_cast<int>(closer) & static_cast<int>(agreed >= least_[k]));
+          bits |= agreed >= least_[k] ? 0 : std::numeric_limits<std::int32_t>::max();
         }
-        square[k] = closer ? now : square[k];
+        const bool closer = bits < square[k];
+        square[k] = closer ? bits : square[k];
         nearest[k] = closer ? candidate.center : nearest[k];
       }
     }
-    square_ = square;
+    square_ = std::bit_cast<Lanes<float>>(square);
     nearest_ = nearest;
     candidates_ = 0;
   }

@@ -78,9 +78,10 @@ void find_partners(const MergeList& list, const Alive& alive, float min_cosine, 
           const float dot = list.nx[i] * nx + list.ny[i] * ny + list.nz[i] * nz;
           const float other =
               list.nx[i] * list.nx[i] + list.ny[i] * list.ny[i] + list.nz[i] * list.nz[i];
-          // A missing normal makes both sides zero.
-          const float limit = own * other > 0.25F ? min_cosine : -2.0F;
-          allowed = dot >= limit ? allowed : kBlocked;
+          // A missing normal makes its product zero. In integers: of conditions GCC makes branches, and no vectors.
+          const std::int32_t both = own * other > 0.25F ? kBlocked : 0;
+          const std::int32_t apart = dot < min_cosine ? kBlocked : 0;
+          allowed |= both & apart;
         }
         best[lane] = std::min(best[lane], allowed);
       }

@@ -18,8 +18,6 @@ constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 /// More than what the rounding of a distance may lose.
 constexpr double kRoundUp = 1 + 1e-9;
 
-double larger(double a, double b) { return a > b ? a : b; }
-
 }  // namespace
 
 BlockIndex::BlockIndex(std::span<const GridPoint> positions, const std::array<double, 3>& step)
@@ -218,7 +216,9 @@ inline void BlockSearch::box_distances(const GridPoint& low, const GridPoint& hi
     const Lanes<double>&below = boxes.low[axis], &above = boxes.high[axis];
 #pragma omp simd
     for (std::size_t k = 0; k < kLanes; ++k) {
-      const double d = step * larger(0, larger(below[k] - to, from - above[k]));
+      // One of them at least is not positive. Not the larger of both first: GCC makes branches of that, and no vectors.
+      const double right = below[k] - to, left = from - above[k];
+      const double d = step * ((right > 0 ? right : 0) + (left > 0 ? left : 0));
       distance[k] += d * d;
     }
   }
