@@ -92,11 +92,11 @@ class BlockSearch {
   static constexpr std::size_t kBlocksAtOnce = 16;
   template <typename T>
   using Found = std::array<T, kBlocksAtOnce * BlockIndex::kBlock>;
-  std::array<Lanes<double>, kBlocksAtOnce> distance_;
-  Found<std::uint32_t> found_;   ///< places in `distance_`
-  Found<float> key_;             ///< of each of them the distance, rounded
-  Found<std::uint32_t> order_;   ///< places in `found_`, by their keys
-  Found<std::uint16_t> equals_;  ///< that came before, a rank
+  std::array<Lanes<double>, kBlocksAtOnce> distance_{};
+  Found<std::uint32_t> found_{};   ///< places in `distance_`
+  Found<float> key_{};             ///< of each of them the distance, rounded
+  Found<std::uint32_t> order_{};   ///< places in `found_`, by their keys
+  Found<std::uint16_t> equals_{};  ///< that came before, a rank
   std::vector<Neighbor> ranked_;
 };
 
