@@ -7,7 +7,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -19,12 +18,15 @@
 #include "stages/estimate/estimate.h"
 #include "stages/import/import.h"
 #include "stages/split/split.h"
+#include "tests/bench/spread.h"
 #include "tests/support/scan_points.h"
 #include "tests/support/stage_fixture.h"
 
 namespace {
 
 using namespace cairn;
+using bench::print_spread;
+using bench::seconds_of;
 using Vector = std::array<double, 3>;
 
 struct Flags {
@@ -39,10 +41,6 @@ struct Estimates {
   double seconds = 0;
   std::vector<Vector> normals;  ///< a point of the scan; not finite or zero where there is none
 };
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The stages' estimate, of records that carry their number in the scan.
 Estimates ours(const test::ScanPoints& scan, const Flags& flags) {
@@ -72,11 +70,12 @@ Estimates ours(const test::ScanPoints& scan, const Flags& flags) {
   stages::SplitPoints points = stages::split(std::move(imported), tree, context);
 
   Estimates estimates;
-  const auto start = std::chrono::steady_clock::now();
-  const stages::EstimatedPoints estimated =
-      stages::estimate({points.array, points.stride, /*numbered=*/false, grid, tree, {}},
-                       {.normals = true, .radii = true, .neighbors = flags.neighbors}, context);
-  estimates.seconds = seconds_since(start);
+  stages::EstimatedPoints estimated;
+  estimates.seconds = seconds_of([&] {
+    estimated =
+        stages::estimate({points.array, points.stride, /*numbered=*/false, grid, tree, {}},
+                         {.normals = true, .radii = true, .neighbors = flags.neighbors}, context);
+  });
   estimates.normals.resize(tree.points());
   for (std::uint64_t i = 0; i < tree.points(); ++i) {
     const std::byte* record = estimated.array.bytes().data() + i * estimated.stride + 12;
@@ -98,14 +97,14 @@ Estimates pcls(const test::ScanPoints& scan, const Flags& flags) {
           scan.info.scale[axis] *
           (scan.points.steps[i][axis] - 0.5 * (double{1} * box.min[axis] + box.max[axis])));
   pcl::PointCloud<pcl::Normal> normals;
-  const auto start = std::chrono::steady_clock::now();
-  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimation(flags.threads);
-  estimation.setInputCloud(cloud);
-  estimation.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
-  estimation.setKSearch(static_cast<int>(flags.neighbors));
-  estimation.compute(normals);
   Estimates estimates;
-  estimates.seconds = seconds_since(start);
+  estimates.seconds = seconds_of([&] {
+    pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimation(flags.threads);
+    estimation.setInputCloud(cloud);
+    estimation.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+    estimation.setKSearch(static_cast<int>(flags.neighbors));
+    estimation.compute(normals);
+  });
   for (const pcl::Normal& n : normals)
     estimates.normals.push_back({n.normal_x, n.normal_y, n.normal_z});
   return estimates;
@@ -124,12 +123,6 @@ std::vector<double> angles(const std::vector<Vector>& a, const std::vector<Vecto
   }
   std::sort(angles.begin(), angles.end());
   return angles;
-}
-
-void print_spread(std::string_view name, std::vector<double> values, std::string_view unit) {
-  std::sort(values.begin(), values.end());
-  fmt::print("{:<24} {:.2f} ({:.2f} to {:.2f}) {}\n", name, values[values.size() / 2],
-             values.front(), values.back(), unit);
 }
 
 void run(const Flags& flags) {
@@ -156,8 +149,10 @@ void run(const Flags& flags) {
   const auto quantile = [&](double q) {
     return differences[static_cast<std::size_t>(q * static_cast<double>(differences.size() - 1))];
   };
-  fmt::print("angle between normals    median {:.2g}, 99 % {:.2g}, 99.9 % {:.2g} degrees, of {}\n",
-             quantile(0.5), quantile(0.99), quantile(0.999), differences.size());
+  fmt::print(
+      "angle between normals              median {:.2g}, 99 % {:.2g}, 99.9 % {:.2g} degrees, of "
+      "{}\n",
+      quantile(0.5), quantile(0.99), quantile(0.999), differences.size());
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <random>
 #include <string>
@@ -16,10 +15,13 @@
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "stages/parallel.h"
+#include "tests/bench/spread.h"
 
 namespace {
 
 using namespace cairn;
+using bench::print_spread;
+using bench::seconds_of;
 using formats::DatasetReader;
 using formats::NodeId;
 
@@ -33,12 +35,6 @@ struct Flags {
 struct Extent {
   std::uint64_t first = UINT64_MAX, end = 0;
 };
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The sections that a renderer takes: positions, radii, and of the attributes normals and colors.
 formats::SectionSet drawn_sections(const formats::Schema& schema) {
@@ -77,12 +73,6 @@ void forget(const std::filesystem::path& path) {
   ::fsync(file);
   ::posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
   ::close(file);
-}
-
-void print_spread(std::string_view name, std::vector<double> values, std::string_view unit) {
-  std::sort(values.begin(), values.end());
-  fmt::print("{:<32} {:8.2f} ({:.2f} to {:.2f}) {}\n", name, values[values.size() / 2],
-             values.front(), values.back(), unit);
 }
 
 void print_decoding(const DatasetReader& dataset, const Flags& flags) {
