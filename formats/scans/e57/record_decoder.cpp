@@ -126,7 +126,7 @@ void RecordDecoder::unpack(std::size_t use, const Batch& batch) {
   if (!whole) make_real(field, batch.count);
 }
 
-/// What is marked as invalid may be anything, and becomes the least value.
+/// What is marked as invalid may be anything; for the check of bounds it is the least value.
 void RecordDecoder::clear_marked(E57Mark mark, std::size_t count) {
   if (!is_marked(mark)) return;
   const std::uint8_t* invalid = marks(mark);
@@ -134,12 +134,14 @@ void RecordDecoder::clear_marked(E57Mark mark, std::size_t count) {
 }
 
 void RecordDecoder::check_bounds(const E57Use& use, const E57Field& field, const Batch& batch) {
+  const std::uint64_t most =
+      static_cast<std::uint64_t>(field.maximum) - static_cast<std::uint64_t>(field.minimum);
+  // Where the bounds are those of the bits there is nothing to find.
+  if (std::has_single_bit(most + 1)) return;
   if (use.target != E57Use::Target::kMark) {
     clear_marked(E57Mark::kPoint, batch.count);
     clear_marked(use.mark, batch.count);
   }
-  const std::uint64_t most =
-      static_cast<std::uint64_t>(field.maximum) - static_cast<std::uint64_t>(field.minimum);
   std::uint64_t greatest = 0;
   for (std::size_t r = 0; r < batch.count; ++r) greatest = std::max(greatest, raw_[r]);
   if (greatest > most)

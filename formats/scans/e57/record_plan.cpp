@@ -185,15 +185,20 @@ class Planner {
       is_8 = is_8 && field.is_whole() && scales[i][1] - scales[i][0] <= kMost8;
     }
     const ScalarType type = is_8 ? ScalarType::kU8 : ScalarType::kU16;
-    for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double low = scales[i][0];
+      const double factor = (is_8 ? kMost8 : kMost16) / (scales[i][1] - low);
+      const E57Field& field = fields_[(*color)[i]];
+      const bool as_is = low == 0 && factor == 1 && field.is_whole() && field.minimum >= 0;
       plan_.uses.push_back({.field = (*color)[i],
-                            .value = E57Use::Value::kColor,
+                            .value = as_is ? E57Use::Value::kWhole : E57Use::Value::kColor,
                             .attribute = info_.schema.size(),
                             .component = i,
                             .type = type,
-                            .low = scales[i][0],
-                            .factor = (is_8 ? kMost8 : kMost16) / (scales[i][1] - scales[i][0]),
+                            .low = low,
+                            .factor = factor,
                             .mark = E57Mark::kColor});
+    }
     append_attribute(info_.schema, attribute_name::kColor, type, 3);
   }
 
