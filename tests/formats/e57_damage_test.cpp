@@ -201,6 +201,11 @@ TEST_F(E57Damage, CountsWithoutPointsAreRefused) {
                     HasSubstr("expected 11")));
   EXPECT_THAT(refusal(E57ScanBytes{.streams = test::e57_line(10), .record_count = UINT64_MAX}),
               HasSubstr("the packets end before the last point"));
+  const std::string lying =
+      E57Bytes{.scans = {{.streams = test::e57_line(10), .record_count = 11}}}.bytes();
+  EXPECT_EQ(read(lying, /*allow_truncated=*/true), 10U);
+  EXPECT_EQ(open_scans(folder_ / "scan.e57", {.allow_truncated = true})[0]->info().claimed_points,
+            11U);
   // Fewer are what the file tells.
   EXPECT_EQ(read(E57Bytes{.scans = {{.streams = test::e57_line(10), .record_count = 7}}}.bytes()),
             7U);

@@ -104,7 +104,7 @@ class DocumentReader {
     if (std::string_view(root.name()) != "e57Root")
       refuse("the XML section is no E57 document", shown(root.name()), "the element e57Root");
     E57Document document;
-    document.coordinate_metadata = root.child("coordinateMetadata").child_value();
+    document.coordinate_metadata = trimmed(root.child("coordinateMetadata").child_value());
     for (const pugi::xml_node& image : root.child("images2D").children())
       document.images += image.type() == pugi::node_element ? 1 : 0;
     for (const pugi::xml_node& scan : root.child("data3D").children()) {

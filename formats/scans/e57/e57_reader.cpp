@@ -22,7 +22,8 @@ constexpr std::uint64_t kStretchRecords = 4 * kBlockPoints;
 class E57Reader final : public ScanReader {
  public:
   /// `part` is empty for the only scan of a file.
-  E57Reader(std::shared_ptr<const PageFile> file, E57Scan scan, std::string part)
+  E57Reader(std::shared_ptr<const PageFile> file, E57Scan scan, std::string part,
+            bool allow_truncated)
       : file_(std::move(file)) {
     const E57Header& header = file_->header();
     info_.path = file_->path();
@@ -36,8 +37,9 @@ class E57Reader final : public ScanReader {
                    .expected = "cartesianX, Y and Z, or sphericalRange, Azimuth and Elevation"});
     info_.pose = scan.pose;
     if (scan.pose || plan->is_spherical) info_.sensor = Vector3{};
-    section_ = std::make_unique<E57Section>(*file_, scan, used_fields(*plan), kStretchRecords,
-                                            info_.part.empty() ? "the scan" : info_.part);
+    section_ =
+        std::make_unique<E57Section>(*file_, scan, used_fields(*plan), kStretchRecords,
+                                     info_.part.empty() ? "the scan" : info_.part, allow_truncated);
     info_.claimed_points = scan.records;
     info_.present_points = section_->records();
     records_ = {std::move(scan.fields), std::move(*plan), info_.schema, info_.encoding};
@@ -99,7 +101,8 @@ std::vector<std::unique_ptr<ScanReader>> open_e57(const std::filesystem::path& p
   for (E57Scan& scan : document.scans) {
     std::string part =
         document.scans.size() > 1 ? fmt::format("scan {}", readers.size() + 1) : std::string();
-    auto reader = std::make_unique<E57Reader>(file, std::move(scan), std::move(part));
+    auto reader = std::make_unique<E57Reader>(file, std::move(scan), std::move(part),
+                                              options.allow_truncated);
     if (crs) reader->set_crs(*crs);
     readers.push_back(std::move(reader));
   }

@@ -36,7 +36,7 @@ struct E57Section::Head {
 };
 
 E57Section::E57Section(const PageFile& file, const E57Scan& scan, std::vector<std::size_t> used,
-                       std::uint64_t stretch_records, std::string where)
+                       std::uint64_t stretch_records, std::string where, bool allow_truncated)
     : file_(file),
       claimed_(scan.records),
       streams_(scan.fields.size()),
@@ -47,7 +47,7 @@ E57Section::E57Section(const PageFile& file, const E57Scan& scan, std::vector<st
   // Writers that are given no points leave the offset, and what they write there, as it comes.
   if (claimed_ == 0) return;
   walk(read_header(scan.section_offset), stretch_records);
-  if (records_ < claimed_ && !is_cut_)
+  if (records_ < claimed_ && !allow_truncated)
     refuse(end_, "the packets end before the last point", fmt::format("{} points", records_),
            fmt::format("{}", claimed_));
 }

@@ -35,9 +35,9 @@ class E57Section {
  public:
   /// Checks the section's header and walks over its packets. `used` are the fields whose streams will be read, at
   /// least one, all numbers. Throws kInput, naming `where`, for a damaged header or packet, and where a stream ends
-  /// before the last record unless the file is cut (see PageFile).
+  /// before the last record unless `allow_truncated`.
   E57Section(const PageFile& file, const E57Scan& scan, std::vector<std::size_t> used,
-             std::uint64_t stretch_records, std::string where);
+             std::uint64_t stretch_records, std::string where, bool allow_truncated);
 
   /// Whole records that are there, at most those claimed.
   std::uint64_t records() const { return records_; }
