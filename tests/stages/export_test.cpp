@@ -56,9 +56,10 @@ class ExportTest : public testing::Test {
   /// Exports to a file and reads it back with the project's reader of that format.
   Points export_to(const char* name, Level level, bool steps) {
     const DatasetReader dataset = DatasetReader::open(folder_.path());
-    const ScanInfo info = describe_export(dataset, level, steps);
+    const ScanInfo info = describe_export(dataset, level_selection(dataset, level), steps);
     auto writer = formats::create_scan_writer(folder_ / name, info, info.present_points);
-    EXPECT_EQ(export_level(test::plain_context(), dataset, level, info, *writer),
+    EXPECT_EQ(export_points(test::plain_context(), dataset, level_selection(dataset, level), info,
+                            *writer),
               info.present_points);
     writer->finish();
     const auto reader = test::open_scan(folder_ / name, {});
@@ -104,10 +105,10 @@ TEST_F(ExportTest, AShiftBeyondInt32GoesIntoTheOffset) {
       .step = {0.25, 0.25, 0.25}, .offset = {1, 2, 3}, .shift = {std::int64_t{1} << 40, 0, -5}};
   build(header);
   const DatasetReader dataset = DatasetReader::open(folder_.path());
-  const ScanInfo info = describe_export(dataset, 2, true);
+  const ScanInfo info = describe_export(dataset, level_selection(dataset, 2), true);
   EXPECT_EQ(info.offset, (std::array<double, 3>{1 + 0.25 * std::ldexp(1, 40), 2, 3 - 1.25}));
   Collector collector;
-  export_level(test::plain_context(), dataset, 2, info, collector);
+  export_points(test::plain_context(), dataset, level_selection(dataset, 2), info, collector);
   EXPECT_EQ(collector.blocks[0].steps[1], tree_.nodes[3].points.position[1]);
 }
 
@@ -135,8 +136,8 @@ TEST_F(ExportTest, AnInputAttributeCalledWeightIsNotTakenForTheWeight) {
     build(header);
     Collector collector;
     const DatasetReader dataset = DatasetReader::open(folder_.path());
-    const ScanInfo info = describe_export(dataset, 1, false);
-    export_level(test::plain_context(), dataset, 1, info, collector);
+    const ScanInfo info = describe_export(dataset, level_selection(dataset, 1), false);
+    export_points(test::plain_context(), dataset, level_selection(dataset, 1), info, collector);
     const auto own = formats::find_attribute(info.schema, "weight_");
     ASSERT_TRUE(own);
     EXPECT_EQ(formats::find_attribute(info.schema, "weight").has_value(),
@@ -152,7 +153,7 @@ TEST_F(ExportTest, AnInputAttributeCalledWeightIsNotTakenForTheWeight) {
 TEST_F(ExportTest, RefusesALevelBeyondTheLeaves) {
   build(test::tiny_header());
   const DatasetReader dataset = DatasetReader::open(folder_.path());
-  EXPECT_THROW(describe_export(dataset, 3, false), formats::Error);
+  EXPECT_THROW(level_selection(dataset, 3), formats::Error);
 }
 
 }  // namespace
