@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::json;
 
 /// Goes up with every change of what stages leave in work arrays or tell of their units.
-constexpr int kWorkVersion = 8;
+constexpr int kWorkVersion = 9;
 
 std::uint64_t hash_of(const Json& json) {
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -58,7 +58,7 @@ JobKeys job_keys(const BuildOptions& options) {
       hash_of({keys.estimate, optional_of(options.grid), options.theta_degrees,
                options.theta_relaxation, options.refinement, options.reducer, options.position_bits,
                options.lossless_leaves, static_cast<int>(options.codec)});
-  keys.publish = hash_of({keys.cluster, options.crs});
+  keys.publish = hash_of({keys.cluster, options.crs, options.mixed_crs});
   return keys;
 }
 

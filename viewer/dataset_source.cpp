@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "formats/dataset/metadata.h"
 #include "formats/dataset/node_frame.h"
 #include "formats/dataset/normal_column.h"
 
@@ -87,7 +88,10 @@ DatasetSource::DatasetSource(const formats::DatasetReader& dataset, const LodTre
   }
   const auto& column = root.attributes[*color_];
   const formats::Attribute& attribute = header.schema[*color_];
-  if (plan.color == ColorSource::kColor) color_bits_ = color_bits(column, attribute);
+  // Datasets that were made before the metadata told it leave it to the root's colors.
+  if (plan.color == ColorSource::kColor)
+    color_bits_ = formats::read_metadata_color_bits(dataset.metadata())
+                      .value_or(color_bits(column, attribute));
   if (plan.color == ColorSource::kIntensity)
     range_ = middle_range(column_values(column, attribute));
 }

@@ -1,6 +1,6 @@
 // Coordinates of a grid as the decimal numbers that they are. Steps of 0.01 have no exact double: what
-// offset + step * i gives is off by up to half a unit in the last place, and its shortest text may be 637012.2400000001.
-// Integers have no such rounding: 637012.24 is what the scanner wrote, and reads back as the double next to it.
+// offset + step * i gives is off by up to half a unit in the last place, and its shortest text may be 637012.3200000001.
+// Integers have no such rounding: 637012.32 is what the scanner wrote, and reads back as the double next to it.
 #pragma once
 
 #include <array>

@@ -150,6 +150,73 @@ TEST_F(ExportTest, AnInputAttributeCalledWeightIsNotTakenForTheWeight) {
   }
 }
 
+TEST_F(ExportTest, AMixedCutStandsForEachPointOnce) {
+  build(test::tiny_header());
+  const DatasetReader dataset = DatasetReader::open(folder_.path());
+  // The root's block for its second child, the first child's block for its first, and its second child: leaf 4.
+  const ExportSelection cut{
+      .nodes = {{formats::NodeId{0}, 2}, {formats::NodeId{1}, 1}, {formats::NodeId{4}, 1}},
+      .box = {}};
+  const ScanInfo info = describe_export(dataset, cut, true);
+  EXPECT_FALSE(formats::find_attribute(info.schema, "gps_time"));
+  EXPECT_EQ(left_out_attributes(dataset, cut), std::vector<std::string>{"gps_time"});
+  Collector collector;
+  const std::uint64_t written = export_points(test::plain_context(), dataset, cut, info, collector);
+  EXPECT_EQ(written, info.claimed_points);
+  const auto weight = formats::find_attribute(info.schema, "weight");
+  ASSERT_TRUE(weight);
+  std::uint64_t sum = 0, seen = 0;
+  for (const PointBlock& block : collector.blocks)
+    for (std::size_t i = 0; i < block.count; ++i, ++seen)
+      sum += formats::load_le<std::uint64_t>(&block.columns[*weight][8 * i]);
+  EXPECT_EQ(sum, 43U);  // all input points
+  EXPECT_EQ(seen, written);
+  // The leaf comes last, with the input's own points, each standing for itself.
+  const auto& leaf = tree_.nodes[4].points;
+  const PointBlock& last = collector.blocks.back();
+  ASSERT_EQ(last.count, leaf.count());
+  for (std::size_t i = 0; i < last.count; ++i) {
+    EXPECT_EQ(formats::load_le<std::uint64_t>(&last.columns[*weight][8 * i]), 1U);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(last.steps[i][axis], leaf.position[i][axis] + tree_.header.grid.shift[axis]);
+  }
+}
+
+TEST_F(ExportTest, ABoxTakesThePointsInsideIt) {
+  build(test::tiny_header());
+  const DatasetReader dataset = DatasetReader::open(folder_.path());
+  for (const Level level : {0U, 1U, 2U}) {
+    std::vector<formats::WorldPoint> all;
+    const ExportSelection whole = level_selection(dataset, level);
+    Collector collector;
+    const ScanInfo info = describe_export(dataset, whole, false);
+    export_points(test::plain_context(), dataset, whole, info, collector);
+    for (const PointBlock& block : collector.blocks)
+      all.insert(all.end(), block.world.begin(), block.world.end());
+    // From one point to another, ends included.
+    for (std::size_t corner = 1; corner < all.size(); corner += 5) {
+      WorldBox box{.min = all[0], .max = all[0]};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.min[axis] = std::min(all[0][axis], all[corner][axis]);
+        box.max[axis] = std::max(all[0][axis], all[corner][axis]);
+      }
+      std::vector<formats::WorldPoint> inside, found;
+      for (const formats::WorldPoint& p : all)
+        if (p[0] >= box.min[0] && p[0] <= box.max[0] && p[1] >= box.min[1] && p[1] <= box.max[1] &&
+            p[2] >= box.min[2] && p[2] <= box.max[2])
+          inside.push_back(p);
+      const ExportSelection selection = level_selection(dataset, level, box);
+      Collector boxed;
+      export_points(test::plain_context(), dataset, selection,
+                    describe_export(dataset, selection, false), boxed);
+      for (const PointBlock& block : boxed.blocks)
+        found.insert(found.end(), block.world.begin(), block.world.end());
+      EXPECT_GE(inside.size(), 2U);
+      EXPECT_EQ(found, inside);
+    }
+  }
+}
+
 TEST_F(ExportTest, RefusesALevelBeyondTheLeaves) {
   build(test::tiny_header());
   const DatasetReader dataset = DatasetReader::open(folder_.path());

@@ -55,7 +55,8 @@ class SlowCut {
       Front next = front;
       next.erase(*best);
       const NodeIndex child = tree.child(best->first, best->second);
-      for (std::uint32_t block = 0; block < tree.blocks(child); ++block) next.insert({child, block});
+      for (std::uint32_t block = 0; block < tree.blocks(child); ++block)
+        next.insert({child, block});
       if (points_of(next) > limits.points) return;
       front = next;
     }
@@ -169,8 +170,8 @@ TEST_P(ErrorCutTest, DetailFallsWithTheDistance) {
     record.point_count = static_cast<std::uint32_t>(shape.stored_points(record.id));
     record.block_start.assign(5, record.point_count);
     for (std::uint32_t b = 0; b < 4; ++b)
-      record.block_start[b] = shape.is_leaf(record.id) && b > 0 ? record.point_count
-                                                                : b * record.point_count / 4;
+      record.block_start[b] =
+          shape.is_leaf(record.id) && b > 0 ? record.point_count : b * record.point_count / 4;
     record.bound = std::pow(0.25, shape.level_of(record.id));
     records.push_back(record);
   }
@@ -187,8 +188,8 @@ TEST_P(ErrorCutTest, DetailFallsWithTheDistance) {
       }
       if (tree.is_leaf(block.node)) continue;
       double& nearest = nearest_left[tree.level_of(block.node)];
-      nearest = std::min(
-          nearest, distance_to(tree.node(tree.child(block.node, block.block)).box, point));
+      nearest =
+          std::min(nearest, distance_to(tree.node(tree.child(block.node, block.block)).box, point));
     }
     EXPECT_FALSE(cut.finest);
     for (std::size_t level = 0; level < nearest_left.size(); ++level)
