@@ -108,7 +108,7 @@ class ErrorCutTest : public testing::TestWithParam<unsigned> {
 TEST_P(ErrorCutTest, IsTheCutOfTheSlowWayAndCoversEveryLeafOnce) {
   for (int turn = 0; turn < 4; ++turn) {
     const LodTree tree = random_tree(random_);
-    ErrorCutLimits limits{.points = tree.node(0).points + random_() % tree.shape().points};
+    ErrorCutLimits limits{.points = tree.node(0).points + random_() % tree.shape().points()};
     if (turn % 2 == 1) limits.focus = Focus{.point = random_point(tree.node(0).box, random_)};
     const ErrorCut cut = select_by_error(tree, limits);
     const SlowCut slow(tree, limits);
@@ -215,7 +215,7 @@ TEST_P(ErrorCutTest, WithinABoxCountsOnlyWhatTouchesIt) {
     touching += touches(leaf) ? tree.node(leaf).points : 0;
   }
   EXPECT_GE(cut.points, touching);
-  EXPECT_LE(cut.points, tree.shape().points);
+  EXPECT_LE(cut.points, tree.shape().points());
 }
 
 TEST(ErrorCut, RefusesABudgetBelowTheCoarsestNode) {
