@@ -73,9 +73,11 @@ std::optional<WorldBox> box_of(const formats::DatasetReader& dataset, const std:
     meets = meets && box.min[axis] <= high[axis] && box.max[axis] >= low[axis];
   }
   if (!meets)
-    refuse("--box", text,
-           fmt::format("a box that meets that of the points, {},{},{},{},{},{}", low[0], low[1],
-                       low[2], high[0], high[1], high[2]));
+    refuse(
+        "--box", text,
+        fmt::format(
+            "a box that meets that of the points, {:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}",
+            low[0], low[1], low[2], high[0], high[1], high[2]));
   return box;
 }
 
