@@ -58,7 +58,7 @@ JobKeys job_keys(const BuildOptions& options) {
       hash_of({keys.estimate, optional_of(options.grid), options.theta_degrees,
                options.theta_relaxation, options.refinement, options.reducer, options.position_bits,
                options.lossless_leaves, static_cast<int>(options.codec)});
-  keys.publish = hash_of({keys.cluster, options.crs, options.mixed_crs});
+  keys.publish = hash_of({keys.cluster, options.crs});
   return keys;
 }
 

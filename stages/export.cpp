@@ -82,17 +82,6 @@ std::uint64_t points_of(const DatasetReader& dataset, const ExportedNode& export
   return points;
 }
 
-/// Scans that tell their common system with other bytes leave several records of a kind; a file has one of each.
-void keep_one_of_each(std::vector<formats::VariableLengthRecord>& records) {
-  std::vector<formats::VariableLengthRecord> kept;
-  for (formats::VariableLengthRecord& record : records)
-    if (std::ranges::none_of(kept, [&](const formats::VariableLengthRecord& other) {
-          return other.user_id == record.user_id && other.record_id == record.record_id;
-        }))
-      kept.push_back(std::move(record));
-  records = std::move(kept);
-}
-
 bool may_meet(const formats::Grid& grid, const formats::GridBox& box, const WorldBox& world) {
   const formats::WorldPoint low = grid.world(box.min), high = grid.world(box.max);
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -224,7 +213,7 @@ formats::ScanInfo describe_export(const DatasetReader& dataset, const ExportSele
                           .offset = error->byte_offset,
                           .found = error->found,
                           .expected = error->expected});
-  keep_one_of_each(info.crs);
+  info.crs = formats::records_of_one_crs(dataset.metadata(), info.crs);
   for (formats::AttributeDetails& details : formats::read_metadata_details(dataset.metadata()))
     if (formats::find_attribute(info.schema, details.attribute))
       info.details.push_back(std::move(details));

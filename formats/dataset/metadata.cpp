@@ -321,4 +321,20 @@ std::optional<DecodeError> read_metadata_crs(std::string_view text,
   return std::nullopt;
 }
 
+std::vector<VariableLengthRecord> records_of_one_crs(std::string_view text,
+                                                     const std::vector<VariableLengthRecord>& crs) {
+  Json json;
+  if (parse_metadata(text, json)) return crs;
+  try {
+    for (const Json& source : json.at("sources")) {
+      std::vector<VariableLengthRecord> records;
+      for (const Json& index : source.at("crs"))
+        records.push_back(crs.at(index.get<std::size_t>()));
+      if (!records.empty()) return records;
+    }
+  } catch (const std::exception&) {  // indices or what holds them are broken
+  }
+  return crs;
+}
+
 }  // namespace cairn::formats

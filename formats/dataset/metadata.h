@@ -85,6 +85,11 @@ std::optional<unsigned> read_metadata_color_bits(std::string_view text);
 /// What metadata tells of attributes that were extra bytes of LAS files. Of what cannot be such there is none.
 std::vector<AttributeDetails> read_metadata_details(std::string_view text);
 
+/// Of the records that read_metadata_crs gives for the text those that one file is to carry: where sources brought them,
+/// those of the first source that has some, else all. Sources may tell one system in several ways, or each its own.
+std::vector<VariableLengthRecord> records_of_one_crs(std::string_view text,
+                                                     const std::vector<VariableLengthRecord>& crs);
+
 /// The coordinate system records that a metadata text carries. Empty if there are none.
 [[nodiscard]] std::optional<DecodeError> read_metadata_crs(std::string_view text,
                                                            std::vector<VariableLengthRecord>& crs);

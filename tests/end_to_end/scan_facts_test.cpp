@@ -60,6 +60,12 @@ TEST_F(ScanFacts, ScansOfDifferentSystemsAreRefusedUnlessTold) {
   EXPECT_THAT(refusal({utm10}, {utm11}), HasSubstr("EPSG:26911"));
   EXPECT_THAT(refusal({utm10}, {utm11}), HasSubstr("EPSG:26910, as a.las has it"));
   EXPECT_EQ(build_two({utm10}, {utm11}, {"--mixed-crs"}).exit_code, 0);
+  const std::string back = folder_ / "back.las";
+  EXPECT_EQ(cairn({"export", "--progress", "none", output(), "-o", back}).exit_code, 0);
+  // One directory of keys, that of the first.
+  const std::string bytes = read_text(back);
+  EXPECT_EQ(get_at<std::uint32_t>(bytes, 100), 1U);
+  EXPECT_EQ(bytes.substr(227 + 54, utm10.size() - 54), utm10.substr(54));
   EXPECT_EQ(build_two({utm10}, {utm11}, {"--crs", "EPSG:26911"}).exit_code, 0);
   EXPECT_EQ(info().at("crs").at("epsg"), 26911);
 }

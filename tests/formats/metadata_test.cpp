@@ -89,6 +89,21 @@ TEST_F(MetadataTest, CarriesSettingsSourcesAndCoordinateSystem) {
   EXPECT_EQ(crs, extras.crs);
 }
 
+TEST_F(MetadataTest, OneFileCarriesTheRecordsOfTheFirstSourceThatHasSome) {
+  MetadataExtras extras;
+  for (const std::uint16_t id : {2112, 34735, 34736})
+    extras.crs.push_back({.user_id = "LASF_Projection", .record_id = id});
+  extras.sources = {{.name = "none"}, {.name = "keys", .crs = {1, 2}}, {.name = "wkt", .crs = {0}}};
+  write(extras);
+  EXPECT_EQ(records_of_one_crs(text_, extras.crs), (std::vector{extras.crs[1], extras.crs[2]}));
+  extras.sources.resize(1);  // as where the user gave them
+  write(extras);
+  EXPECT_EQ(records_of_one_crs(text_, extras.crs), extras.crs);
+  EXPECT_EQ(records_of_one_crs(R"({"sources": [{"crs": [7]}]})", extras.crs), extras.crs);
+  EXPECT_EQ(records_of_one_crs(R"({"sources": [{"crs": ["a"]}]})", extras.crs), extras.crs);
+  EXPECT_EQ(records_of_one_crs("", extras.crs), extras.crs);
+}
+
 TEST_F(MetadataTest, DetailsOfExtraBytesComeBackBitByBit) {
   const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
   const std::tuple<ScalarType, std::uint64_t, const char*> cases[] = {
