@@ -8,7 +8,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache pkg-config git ca-certificates python3
   libtbb-dev libfmt-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
-  liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
+  liblzo2-dev libzstd-dev libxxhash-dev libcurl4-openssl-dev libgtest-dev libgmock-dev libbenchmark-dev
   libembree-dev libflann-dev liblz4-dev libpcl-dev
   libglm-dev libpng-dev libglfw3-dev libepoxy-dev libegl-dev libimgui-dev libgl1-mesa-dri
   xvfb xdotool  # windows without a screen, for tests
