@@ -19,7 +19,8 @@ struct AccessOptions {
   std::chrono::seconds stall_timeout{15};  ///< without a hundred bytes a second
   /// Failures one after the other after which a request is given up.
   unsigned attempts = 6;
-  std::chrono::milliseconds first_delay{250};  ///< before the second attempt; doubled for each further one
+  std::chrono::milliseconds first_delay{
+      250};  ///< before the second attempt; doubled for each further one
   std::chrono::milliseconds longest_delay{10'000};
   /// Ends waiting, by Stopped.
   std::stop_token stop{};
@@ -33,10 +34,11 @@ struct AccessStatistics {
   std::uint64_t requests = 0;       ///< sent, retries too
   std::uint64_t retries = 0;        ///< of these after a failure
   std::uint64_t fetched_bytes = 0;  ///< that came in answers' bodies
-  std::uint64_t gap_bytes = 0;      ///< of these between the ranges asked for, fetched to spare requests
+  std::uint64_t gap_bytes =
+      0;  ///< of these between the ranges asked for, fetched to spare requests
   std::uint64_t repeated_bytes = 0;  ///< of these fetched again, for what came first was damaged
-  std::uint64_t cache_hits = 0;     ///< ranges found in the cache's folder
-  std::uint64_t cache_bytes = 0;    ///< in these
+  std::uint64_t cache_hits = 0;      ///< ranges found in the cache's folder
+  std::uint64_t cache_bytes = 0;     ///< in these
 
   friend bool operator==(const AccessStatistics&, const AccessStatistics&) = default;
 };

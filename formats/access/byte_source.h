@@ -23,7 +23,7 @@ using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
 
 struct ByteRange {
   std::uint64_t offset = 0;
-  std::uint64_t size_bytes = 0;              ///< 1 or more
+  std::uint64_t size_bytes = 0;             ///< 1 or more
   std::optional<std::uint64_t> checksum{};  ///< XXH3-64 of the bytes, where it is known
 
   std::uint64_t end() const { return offset + size_bytes; }
@@ -58,7 +58,7 @@ class ByteSource {
   virtual const std::filesystem::path& path() const = 0;
   /// Of the file. Behind a network that is known once its front has been read.
   virtual std::uint64_t size_bytes() const = 0;
-  /// The first bytes: so many, or all if the file has fewer.
+  /// The first bytes: so many, or all if the file has fewer; or more, if an earlier run kept more.
   virtual SharedBytes front(std::size_t size_bytes, Fresh fresh = Fresh::kNo) = 0;
   /// The bytes of each range, which must lie within the file. Waits for all. Any number of threads at a time. Throws
   /// Error: kInput where the file ends before, or where what comes over a network is not what its checksum tells or
@@ -69,6 +69,8 @@ class ByteSource {
   virtual void expect_front(std::size_t /*size_bytes*/) {}
   /// Whether an earlier run kept the front; whether it still holds is asked when it is read.
   virtual bool has_stored_front() const { return false; }
+  /// Keeps a front, or all of the file, that has proved right: a later run reads it if the server has the same file still.
+  virtual void keep_front(std::span<const std::byte> /*bytes*/) {}
   /// Throws Error (kInput), now or when it turns out, where the file has another size.
   virtual void expect_size(std::uint64_t size_bytes) = 0;
   /// Names what the file holds: what is read from now on may be kept, and found again by a later run under this name.

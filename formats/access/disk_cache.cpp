@@ -42,8 +42,7 @@ std::vector<std::byte> encode(const std::string& key, std::span<const std::byte>
   to.write_text(key);
   to.write_bytes(bytes);
   std::vector<std::byte> entry = std::move(to).take();
-  store_le(entry.data() + sizeof(kSignature),
-           checksum_of(std::span(entry).subspan(kChecked)));
+  store_le(entry.data() + sizeof(kSignature), checksum_of(std::span(entry).subspan(kChecked)));
   return entry;
 }
 
@@ -101,8 +100,7 @@ std::vector<FoundEntry> entries_in(const std::filesystem::path& folder) {
     struct stat status {};
     if (::lstat(at->path().c_str(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
     if (at->path().extension() == kEntrySuffix)
-      entries.push_back(
-          {at->path(), status.st_mtim, static_cast<std::uint64_t>(status.st_size)});
+      entries.push_back({at->path(), status.st_mtim, static_cast<std::uint64_t>(status.st_size)});
     if (at->path().extension() == kPartSuffix && is_old(status.st_mtim))
       ::unlink(at->path().c_str());
   }
@@ -181,9 +179,8 @@ void DiskCache::remove(const std::string& key) {
 bool DiskCache::write_beside(const std::filesystem::path& path,
                              std::span<const std::byte> bytes) const {
   static std::atomic<std::uint64_t> count = 0;
-  const std::filesystem::path part =
-      path.string() + "." + std::to_string(::getpid()) + "-" + std::to_string(++count) +
-      kPartSuffix;
+  const std::filesystem::path part = path.string() + "." + std::to_string(::getpid()) + "-" +
+                                     std::to_string(++count) + kPartSuffix;
   const int descriptor =
       ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (descriptor < 0) return false;

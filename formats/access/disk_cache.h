@@ -39,8 +39,9 @@ class DiskCache {
   std::filesystem::path folder_;
   std::uint64_t limit_bytes_;
   std::atomic<bool> refused_ = false;
-  std::mutex mutex_;                  ///< of the next
-  std::uint64_t unchecked_bytes_ = UINT64_MAX;  ///< written since the folder was looked at; at first never
+  std::mutex mutex_;  ///< of the next
+  std::uint64_t unchecked_bytes_ =
+      UINT64_MAX;  ///< written since the folder was looked at; at first never
 };
 
 }  // namespace cairn::formats

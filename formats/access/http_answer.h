@@ -58,7 +58,7 @@ class HttpAnswer {
 /// What was asked for, and what is known of the file.
 struct RangeQuestion {
   std::uint64_t first = 0;
-  std::uint64_t last = 0;                   ///< of a file whose size is not known it may lie behind the end
+  std::uint64_t last = 0;  ///< of a file whose size is not known it may lie behind the end
   std::optional<std::uint64_t> size_bytes;  ///< of the file
   Validators validators;                    ///< of the version that is read
   bool unless_same = false;  ///< only wanted if the file is no longer the version of `validators`

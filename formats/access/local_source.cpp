@@ -21,8 +21,7 @@ SharedBytes LocalSource::front(std::size_t size_bytes, Fresh) {
 }
 
 void LocalSource::expect_size(std::uint64_t size_bytes) {
-  if (file_.size_bytes() != size_bytes)
-    refuse_size(file_.path(), file_.size_bytes(), size_bytes);
+  if (file_.size_bytes() != size_bytes) refuse_size(file_.path(), file_.size_bytes(), size_bytes);
 }
 
 std::vector<SharedBytes> LocalSource::read(std::span<const ByteRange> ranges) const {

@@ -41,7 +41,7 @@ void check_address(const std::string& text) {
 }  // namespace
 
 bool is_address(std::string_view text) {
-  const std::string start = lower_case(text.substr(0, 8));
+  const std::string start = lower_case(std::string(text.substr(0, 8)));
   return start.starts_with("http://") || start == "https://";
 }
 
@@ -57,8 +57,6 @@ Location::Location(std::string text) : remote_(is_address(text)) {
 
 std::filesystem::path Location::file(std::string_view name) const { return path_ / name; }
 
-std::string Location::name() const {
-  return without_trailing_slash(path_).filename().string();
-}
+std::string Location::name() const { return without_trailing_slash(path_).filename().string(); }
 
 }  // namespace cairn::formats

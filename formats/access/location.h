@@ -12,9 +12,10 @@ class Location {
   /// What begins with http:// or https:// is an address, all else a path. Throws Error (kUsage) for an address
   /// that cannot be a folder's: without a host, with a user name, a query or a fragment, or with a character
   /// that an address may not have.
-  Location(std::string text);  // NOLINT(google-explicit-constructor): paths stand where locations are taken
-  Location(const char* text) : Location(std::string(text)) {}                      // NOLINT
-  Location(const std::filesystem::path& path) : Location(path.string()) {}         // NOLINT
+  Location(std::string
+               text);  // NOLINT(google-explicit-constructor): paths stand where locations are taken
+  Location(const char* text) : Location(std::string(text)) {}               // NOLINT
+  Location(const std::filesystem::path& path) : Location(path.string()) {}  // NOLINT
 
   bool is_remote() const { return remote_; }
   /// The folder; of an address its text, which messages name as they name paths. Addresses have no slash at the end.

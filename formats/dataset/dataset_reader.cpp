@@ -71,7 +71,9 @@ std::optional<DecodeError> read_index(ByteSource& file, Fresh fresh, ReadIndex& 
       append(bytes, file, next_pages(layout, checksums, bytes.size()));
   }
   read.root_checksum = index_root_checksum(bytes);
-  return parse_index(bytes, read.index);
+  if (auto error = parse_index(bytes, read.index)) return error;
+  file.keep_front(bytes);
+  return std::nullopt;
 }
 
 ReadIndex read_index(ByteSource& file) {
@@ -86,9 +88,8 @@ ReadIndex read_index(ByteSource& file) {
 std::string read_metadata(const ByteSource& file, const IndexHead& head) {
   const ByteRange all{
       .offset = 0, .size_bytes = head.metadata_size_bytes, .checksum = head.metadata_checksum};
-  const SharedBytes bytes =
-      all.size_bytes == 0 ? std::make_shared<const std::vector<std::byte>>()
-                          : file.read(std::span(&all, 1)).front();
+  const SharedBytes bytes = all.size_bytes == 0 ? std::make_shared<const std::vector<std::byte>>()
+                                                : file.read(std::span(&all, 1)).front();
   const std::uint64_t sum = checksum_of(*bytes);
   if (sum != head.metadata_checksum)
     throw_input({.what = "the checksum of the metadata does not match",
