@@ -5,6 +5,7 @@
 #include <string>
 
 #include "formats/dataset/metadata.h"
+#include "formats/dataset/read_ahead.h"
 #include "formats/error.h"
 #include "stages/parallel.h"
 
@@ -133,9 +134,14 @@ std::uint64_t export_level(const Context& context, const DatasetReader& dataset,
   if (context.progress != nullptr) context.progress->begin("export", description.claimed_points);
   BlockFiller filler(dataset, description);
   std::uint64_t written = 0;
-  for (std::uint64_t i = 0; i < dataset.tree().nodes_on(level); ++i) {
+  std::vector<NodeId> nodes;
+  for (std::uint64_t i = 0; i < dataset.tree().nodes_on(level); ++i)
+    nodes.push_back(dataset.tree().id(level, i));
+  formats::ReadAhead ahead(dataset, formats::all_sections(), nodes);
+  for (const NodeId id : nodes) {
     throw_if_stopped(context);
-    const NodeData points = dataset.read_node(dataset.tree().id(level, i), formats::all_sections());
+    ahead.next();
+    const NodeData points = dataset.read_node(id, formats::all_sections());
     for (std::size_t first = 0; first < points.count(); first += formats::kBlockPoints) {
       filler.fill(points, first, std::min(formats::kBlockPoints, points.count() - first));
       writer.write(filler.block());

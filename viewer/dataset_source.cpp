@@ -110,6 +110,22 @@ void DatasetSource::load(NodeIndex node, NodePoints& points) const {
   if (columns_.color) load_colors(data, points);
 }
 
+void DatasetSource::listen(std::function<void()> arrived) const {
+  wishes_.reset();
+  if (is_remote() && arrived) wishes_ = dataset_.make_wishes(sections_, std::move(arrived));
+}
+
+void DatasetSource::expect(std::span<const NodeIndex> nodes) const {
+  if (!wishes_) return;
+  std::vector<formats::NodeId> ids;
+  for (const NodeIndex node : nodes) ids.push_back(formats::NodeId{node});
+  wishes_->replace(ids);
+}
+
+bool DatasetSource::ready(NodeIndex node) const {
+  return !wishes_ || wishes_->ready(formats::NodeId{node});
+}
+
 void DatasetSource::load_colors(const NodeData& data, NodePoints& points) const {
   const auto& header = dataset_.header();
   if (plan_.color == ColorSource::kHeight)

@@ -33,10 +33,10 @@ class GrowingRun {
 
 }  // namespace
 
-Run run_around(std::span<const ByteRange> ranges, std::size_t at, const CoalesceLimits& limits) {
+RangeRun run_around(std::span<const ByteRange> ranges, std::size_t at, const CoalesceLimits& limits) {
   CAIRN_CHECK(at < ranges.size());
   GrowingRun run(ranges[at], limits);
-  Run found{at, at + 1};
+  RangeRun found{at, at + 1};
   while (found.end < ranges.size() && run.take(ranges[found.end])) ++found.end;
   while (found.first > 0 && run.take(ranges[found.first - 1])) --found.first;
   return found;

@@ -20,13 +20,13 @@ struct CoalesceLimits {
 };
 
 /// A run of ranges: [first, end) of those given.
-struct Run {
+struct RangeRun {
   std::size_t first = 0;
   std::size_t end = 0;
 };
 
 /// The run around ranges[at] that one request fetches. Requires ranges in ascending order that do not overlap, and an `at`
 /// among them.
-Run run_around(std::span<const ByteRange> ranges, std::size_t at, const CoalesceLimits& limits);
+RangeRun run_around(std::span<const ByteRange> ranges, std::size_t at, const CoalesceLimits& limits);
 
 }  // namespace cairn::formats

@@ -121,7 +121,9 @@ Judgement judge_end(const Transfer& transfer, CURLcode code) {
   if (code != CURLE_OK) {
     const char* reason =
         transfer.reason[0] != '\0' ? transfer.reason.data() : curl_easy_strerror(code);
-    return failed(is_transient(code) ? Verdict::kTransient : Verdict::kFinal,
+    // What came was no answer: perhaps the rest of one that was longer than it told.
+    const bool garbage = code == CURLE_UNSUPPORTED_PROTOCOL && transfer.answer.status() == 0;
+    return failed(is_transient(code) || garbage ? Verdict::kTransient : Verdict::kFinal,
                   "'" + std::string(reason) + "'", "");
   }
   if (!transfer.judgement) {

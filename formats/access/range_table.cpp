@@ -174,7 +174,7 @@ std::vector<RangeKey> RangeTable::with_neighbors(const RangeKey& key,
   for (const RangeKey& near : keys)
     ranges.push_back({.offset = near.offset, .size_bytes = near.size_bytes});
   const auto at = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
-  const Run run = run_around(ranges, at, limits);
+  const RangeRun run = run_around(ranges, at, limits);
   return {keys.begin() + static_cast<std::ptrdiff_t>(run.first),
           keys.begin() + static_cast<std::ptrdiff_t>(run.end)};
 }

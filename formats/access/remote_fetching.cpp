@@ -160,6 +160,7 @@ void RemoteFiles::deliver(const RangeKey& key, std::vector<std::byte> bytes) {
                            .offset = key.offset,
                            .found = std::to_string(sum),
                            .expected = std::to_string(*entry.checksum)}});
+        arrived_.notify_all();
         return;
       }
       statistics_.repeated_bytes += bytes.size();
@@ -181,6 +182,11 @@ void RemoteFiles::finish(const HttpEnd& end) {
   job.sent = false;
   reached_ |= end.reached;
   const Judgement& judgement = end.judgement;
+  if (!job.is_front() && job.delivered == job.keys.size()) {  // however it ended
+    jobs_.erase(at);
+    last_success_ = Clock::now();
+    return;
+  }
   if (judgement.verdict == Verdict::kTransient) return try_again(job, end);
   if (judgement.verdict == Verdict::kFinal) {
     const std::lock_guard lock(mutex_);

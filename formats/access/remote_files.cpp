@@ -75,6 +75,7 @@ void RemoteFiles::expect_front(std::size_t file, std::size_t size_bytes) {
 
 SharedBytes RemoteFiles::front(std::size_t file, std::size_t size_bytes, Fresh fresh) {
   const RangeKey key = front_of(file, size_bytes);
+  if (fresh == Fresh::kNo) has_stored_front(file);
   std::unique_lock lock(mutex_);
   if (fresh == Fresh::kYes) {
     files_[file].stored_front.reset();

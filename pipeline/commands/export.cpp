@@ -47,7 +47,7 @@ class ExportCommand : public DatasetCommand {
     const std::filesystem::path output = output_;
     require_free_place(output, force_);
     if (std::filesystem::is_directory(output)) formats::throw_usage(output_ + " is a folder");
-    const auto dataset = formats::DatasetReader::open(dataset_);
+    const auto dataset = open_dataset(stop);
     const formats::Level level = chosen_level(dataset.tree());
     const bool las = formats::scan_format_of(output) == formats::ScanFormat::kLas;
     const auto description = stages::describe_export(dataset, level, /*steps=*/las);

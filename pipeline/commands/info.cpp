@@ -27,8 +27,8 @@ class InfoCommand : public DatasetCommand {
     parser_.add_flag("--json", json_, "as one JSON object");
   }
 
-  int run(const std::stop_token&) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+  int run(const std::stop_token& stop) override {
+    const auto dataset = open_dataset(stop);
     if (json_) {
       print_results(dataset_json(dataset) + "\n");
       return 0;

@@ -39,7 +39,7 @@ class VerifyCommand : public DatasetCommand {
   }
 
   int run(const std::stop_token& stop) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+    const auto dataset = open_dataset(stop);
     const stages::Scans scans = against_.open();
     const stages::VerifyReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
