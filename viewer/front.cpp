@@ -14,6 +14,8 @@ using Clock = std::chrono::steady_clock;
 /// How far beyond each edge of the picture nodes are read ahead, as a share of its size.
 constexpr double kPrefetchShare = 0.15;
 
+constexpr std::chrono::milliseconds kLongestPause{60'000};
+
 /// What the loader may have ready for one frame.
 std::size_t waiting_nodes(unsigned loader_threads) { return loader_threads + 2; }
 
@@ -36,6 +38,7 @@ Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& 
       upload_(std::move(upload)),
       slots_(options.slots, tree.fanout()),
       cache_(options.cached_nodes + waiting_nodes(options.loader_threads)),
+      pause_(options.first_pause),
       loader_(source, options.loader_threads, waiting_nodes(options.loader_threads)) {
   CAIRN_CHECK(options.uploads >= 1);
 }
@@ -100,7 +103,7 @@ void Front::take_loaded(FrontFrame& frame) {
   for (LoadedNode& loaded : loader_.take()) {
     ++frame.loads;
     if (loaded.error == nullptr) {
-      pause_ = kFirstPause;
+      pause_ = options_.first_pause;
       if (cache_.contains(loaded.node))
         loader_.recycle(std::move(loaded.points));
       else if (auto gone = cache_.put(loaded.node, std::move(loaded.points)))

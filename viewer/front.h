@@ -26,6 +26,8 @@ struct FrontOptions {
   bool prefetch = false;  ///< read what lies a little outside of the picture
   std::uint32_t uploads =
       UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most, 1 or more
+  /// After a failure of the network nodes are asked for again; if that fails, after twice this time, and so on.
+  std::chrono::milliseconds first_pause{2000};
 };
 
 /// One frame.
@@ -62,9 +64,6 @@ class Front {
   /// Waits until something has been read, or nothing is to be.
   void wait() { loader_.wait(); }
   std::uint64_t damaged() const { return damaged_.size(); }
-
-  /// After a failure of the network nodes are asked for again; if that fails, after twice this time.
-  static constexpr std::chrono::milliseconds kFirstPause{2000}, kLongestPause{60'000};
   /// From the next frame on.
   void set_prefetch(bool prefetch) { options_.prefetch = prefetch; }
 
@@ -93,7 +92,7 @@ class Front {
   std::unordered_set<NodeIndex> damaged_;
   std::unordered_set<NodeIndex> unreachable_;  ///< until the next attempt
   std::chrono::steady_clock::time_point next_attempt_{};
-  std::chrono::milliseconds pause_ = kFirstPause;
+  std::chrono::milliseconds pause_;
   std::unordered_set<std::string> told_;                     ///< kinds of failures behind a network
   std::vector<NodeIndex> last_;                              ///< nodes of the last selected cut
   std::chrono::duration<double, std::milli> select_time_{};  ///< of this frame

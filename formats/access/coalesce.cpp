@@ -33,7 +33,8 @@ class GrowingRun {
 
 }  // namespace
 
-RangeRun run_around(std::span<const ByteRange> ranges, std::size_t at, const CoalesceLimits& limits) {
+RangeRun run_around(std::span<const ByteRange> ranges, std::size_t at,
+                    const CoalesceLimits& limits) {
   CAIRN_CHECK(at < ranges.size());
   GrowingRun run(ranges[at], limits);
   RangeRun found{at, at + 1};

@@ -27,6 +27,7 @@ struct RangeRun {
 
 /// The run around ranges[at] that one request fetches. Requires ranges in ascending order that do not overlap, and an `at`
 /// among them.
-RangeRun run_around(std::span<const ByteRange> ranges, std::size_t at, const CoalesceLimits& limits);
+RangeRun run_around(std::span<const ByteRange> ranges, std::size_t at,
+                    const CoalesceLimits& limits);
 
 }  // namespace cairn::formats

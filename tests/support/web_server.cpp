@@ -56,7 +56,8 @@ WebRequest parse(const std::string& head) {
   request.path = head.substr(path, head.find(' ', path) - path);
   for (std::size_t at = head.find("\r\n") + 2; at + 2 < head.size();) {
     const std::size_t end = head.find("\r\n", at), colon = head.find(": ", at);
-    if (colon < end) request.headers[lower(head.substr(at, colon - at))] = head.substr(colon + 2, end - colon - 2);
+    if (colon < end)
+      request.headers[lower(head.substr(at, colon - at))] = head.substr(colon + 2, end - colon - 2);
     at = end + 2;
   }
   if (const auto range = request.headers.find("range"); range != request.headers.end()) {
@@ -165,7 +166,8 @@ WebServer::Answer WebServer::good_answer(const WebRequest& request) const {
     answer.status = 416;
   if (answer.status != 200) return answer;
   answer.first = request.first.value_or(0);
-  answer.body.resize(std::min(request.last.value_or(UINT64_MAX - 1) + 1, answer.total) - answer.first);
+  answer.body.resize(std::min(request.last.value_or(UINT64_MAX - 1) + 1, answer.total) -
+                     answer.first);
   std::ifstream in(file, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(answer.first));
   in.read(answer.body.data(), static_cast<std::streamsize>(answer.body.size()));
@@ -179,7 +181,8 @@ bool WebServer::send_answer(int socket, const Answer& good, const std::optional<
   if (is(WebFault::kDrop)) return false;
   if (is(WebFault::kGarbage)) return send_all(socket, fault->text) && false;
   std::string more = is(WebFault::kHeader) || is(WebFault::kStatus) ? fault->text : "";
-  if (is(WebFault::kWhole)) answer = {.status = 200, .etag = good.etag, .body = std::string(100'000, 'w')};
+  if (is(WebFault::kWhole))
+    answer = {.status = 200, .etag = good.etag, .body = std::string(100'000, 'w')};
   if (is(WebFault::kStatus)) answer = {.status = fault->status, .etag = {}, .body = "not this"};
   if (is(WebFault::kTag)) answer.etag = fault->text;
   if (is(WebFault::kOtherTotal)) answer.total = fault->bytes;

@@ -28,21 +28,21 @@ struct WebRequest {
 /// What is done instead of a good answer.
 struct WebFault {
   enum Kind {
-    kReset,           ///< the connection is reset after `bytes` of the body
-    kStall,           ///< nothing comes after `bytes` of the body
-    kShort,           ///< the connection is closed after `bytes` of the body
-    kDrop,            ///< it is closed before an answer
-    kWhole,           ///< 200, as from a server that sends all of a file
-    kStatus,          ///< `status`, with `text` among the header lines
-    kOtherRange,      ///< a Content-Range that begins `bytes` later
-    kNoRange,         ///< 206 without Content-Range
-    kOtherTotal,      ///< a Content-Range with `bytes` as the file's size
-    kLongLength,      ///< a Content-Length that is `bytes` longer than the body, then the connection is closed
-    kShortLength,     ///< one that is `bytes` shorter; the body is whole
-    kDamage,          ///< byte `bytes` of the body is another
-    kHeader,          ///< a good answer with `text` among the header lines
-    kTag,             ///< a good answer with `text` as its ETag, empty: none
-    kGarbage,         ///< `text` instead of an answer
+    kReset,       ///< the connection is reset after `bytes` of the body
+    kStall,       ///< nothing comes after `bytes` of the body
+    kShort,       ///< the connection is closed after `bytes` of the body
+    kDrop,        ///< it is closed before an answer
+    kWhole,       ///< 200, as from a server that sends all of a file
+    kStatus,      ///< `status`, with `text` among the header lines
+    kOtherRange,  ///< a Content-Range that begins `bytes` later
+    kNoRange,     ///< 206 without Content-Range
+    kOtherTotal,  ///< a Content-Range with `bytes` as the file's size
+    kLongLength,  ///< a Content-Length that is `bytes` longer than the body, then the connection is closed
+    kShortLength,  ///< one that is `bytes` shorter; the body is whole
+    kDamage,       ///< byte `bytes` of the body is another
+    kHeader,       ///< a good answer with `text` among the header lines
+    kTag,          ///< a good answer with `text` as its ETag, empty: none
+    kGarbage,      ///< `text` instead of an answer
   };
   Kind kind = kDrop;
   std::uint64_t bytes = 0;

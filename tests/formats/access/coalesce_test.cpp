@@ -22,14 +22,16 @@ TEST(Coalesce, JoinsWhatLiesSideBySide) {
 }
 
 TEST(Coalesce, StopsAtAGapThatIsDearerThanARequest) {
-  const CoalesceLimits limits{.gap_bytes = 10, .request_bytes = 1'000'000, .wanted_per_gap_byte = 16};
+  const CoalesceLimits limits{
+      .gap_bytes = 10, .request_bytes = 1'000'000, .wanted_per_gap_byte = 16};
   const std::vector<ByteRange> ranges{range(0, 1000), range(1010, 1000), range(2021, 1000)};
   const RangeRun run = run_around(ranges, 0, limits);
   EXPECT_EQ(run.end, 2u) << "a gap of 10 bytes is joined, one of 11 is not";
 }
 
 TEST(Coalesce, GapsStayASmallShareOfWhatIsWanted) {
-  const CoalesceLimits limits{.gap_bytes = 100, .request_bytes = 1'000'000, .wanted_per_gap_byte = 16};
+  const CoalesceLimits limits{
+      .gap_bytes = 100, .request_bytes = 1'000'000, .wanted_per_gap_byte = 16};
   // 1,600 bytes wanted bear a gap of 100; 1,599 do not.
   EXPECT_EQ(run_around(std::vector{range(0, 800), range(900, 800)}, 0, limits).end, 2u);
   EXPECT_EQ(run_around(std::vector{range(0, 800), range(900, 799)}, 0, limits).end, 1u);

@@ -113,8 +113,10 @@ TEST_F(DiskCacheTest, WhatAProcessLeftBehindGoes) {
   const auto old = folder() / "0123.entry.99-1.part", young = folder() / "0123.entry.99-2.part";
   test::write_text(old, "half");
   test::write_text(young, "half");
-  std::filesystem::last_write_time(old, std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
-  DiskCache(folder(), 1 << 20).write("b", some_bytes(10, 1));  // looks at the folder for the first time
+  std::filesystem::last_write_time(
+      old, std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
+  DiskCache(folder(), 1 << 20)
+      .write("b", some_bytes(10, 1));  // looks at the folder for the first time
   EXPECT_FALSE(std::filesystem::exists(old));
   EXPECT_TRUE(std::filesystem::exists(young)) << "another process may be writing it";
 }
@@ -143,7 +145,8 @@ TEST_F(DiskCacheTest, SeveralMayUseOneFolderAtATime) {
 }
 
 TEST_F(DiskCacheTest, OffKeepsNothing) {
-  for (const auto& [place, limit] : {std::pair{std::filesystem::path(), 100}, std::pair{folder(), 0}}) {
+  for (const auto& [place, limit] :
+       {std::pair{std::filesystem::path(), 100}, std::pair{folder(), 0}}) {
     DiskCache cache(place, static_cast<std::uint64_t>(limit));
     EXPECT_FALSE(cache.is_on());
     cache.write("a", some_bytes(1, 1));

@@ -36,17 +36,18 @@ TEST(HttpAnswer, RefusesWhatIsNoContentRange) {
 }
 
 TEST(HttpAnswer, AGoodAnswerIsGood) {
-  const auto answer = answer_of({"HTTP/1.1 206 Partial Content", "content-RANGE: bytes 100-199/1000",
-                                 "ETag: \"a\"", "Content-Encoding: identity", ""});
+  const auto answer =
+      answer_of({"HTTP/1.1 206 Partial Content", "content-RANGE: bytes 100-199/1000", "ETag: \"a\"",
+                 "Content-Encoding: identity", ""});
   const Judgement judgement = judge(kQuestion, answer);
   EXPECT_EQ(judgement.verdict, Verdict::kGood);
   EXPECT_EQ(judgement.range.total, 1000u);
 }
 
 TEST(HttpAnswer, ARedirectionBeginsAnew) {
-  const auto answer = answer_of({"HTTP/1.1 302 Found", "ETag: \"other\"", "Content-Encoding: gzip", "",
-                                 "HTTP/1.1 206 Partial", "Content-Range: bytes 100-199/1000",
-                                 "ETag: \"a\"", ""});
+  const auto answer =
+      answer_of({"HTTP/1.1 302 Found", "ETag: \"other\"", "Content-Encoding: gzip", "",
+                 "HTTP/1.1 206 Partial", "Content-Range: bytes 100-199/1000", "ETag: \"a\"", ""});
   EXPECT_EQ(judge(kQuestion, answer).verdict, Verdict::kGood);
 }
 
@@ -70,12 +71,27 @@ TEST(HttpAnswer, TellsWhatIsWrong) {
   const std::string good = "HTTP/1.1 206 Partial Content", tag = "ETag: \"a\"",
                     range = "Content-Range: bytes 100-199/1000";
   const Case cases[] = {
-      {{"HTTP/1.1 200 OK", tag}, Verdict::kFinal, ErrorKind::kSystem, "does not answer requests for ranges"},
+      {{"HTTP/1.1 200 OK", tag},
+       Verdict::kFinal,
+       ErrorKind::kSystem,
+       "does not answer requests for ranges"},
       {{good, tag}, Verdict::kFinal, ErrorKind::kSystem, "another range"},
-      {{good, tag, "Content-Range: bytes 101-199/1000"}, Verdict::kFinal, ErrorKind::kSystem, "another range"},
-      {{good, tag, "Content-Range: bytes 100-198/1000"}, Verdict::kFinal, ErrorKind::kSystem, "another range"},
-      {{good, tag, "Content-Range: bytes 100-199/1001"}, Verdict::kFinal, ErrorKind::kInput, "changed"},
-      {{good, tag, range, "Content-Encoding: gzip"}, Verdict::kFinal, ErrorKind::kSystem, "encodes"},
+      {{good, tag, "Content-Range: bytes 101-199/1000"},
+       Verdict::kFinal,
+       ErrorKind::kSystem,
+       "another range"},
+      {{good, tag, "Content-Range: bytes 100-198/1000"},
+       Verdict::kFinal,
+       ErrorKind::kSystem,
+       "another range"},
+      {{good, tag, "Content-Range: bytes 100-199/1001"},
+       Verdict::kFinal,
+       ErrorKind::kInput,
+       "changed"},
+      {{good, tag, range, "Content-Encoding: gzip"},
+       Verdict::kFinal,
+       ErrorKind::kSystem,
+       "encodes"},
       {{good, range, "ETag: \"b\""}, Verdict::kFinal, ErrorKind::kInput, "changed"},
       {{good, range}, Verdict::kFinal, ErrorKind::kInput, "changed"},
       {{"HTTP/1.1 412 No"}, Verdict::kFinal, ErrorKind::kInput, "changed"},
@@ -110,7 +126,8 @@ TEST(HttpAnswer, TheSameVersionIsSameOnlyWhereThatWasAsked) {
 
 TEST(HttpAnswer, WaitsAsLongAsItIsAskedWithinReason) {
   EXPECT_EQ(answer_of({"HTTP/1.1 503 L", "Retry-After: 7"}).retry_after(), std::chrono::seconds(7));
-  EXPECT_FALSE(answer_of({"HTTP/1.1 503 L", "Retry-After: Fri, 07 Nov 2014 23:59:59 GMT"}).retry_after());
+  EXPECT_FALSE(
+      answer_of({"HTTP/1.1 503 L", "Retry-After: Fri, 07 Nov 2014 23:59:59 GMT"}).retry_after());
   EXPECT_FALSE(answer_of({"HTTP/1.1 503 L", "Retry-After: -5"}).retry_after());
   EXPECT_EQ(answer_of({"HTTP/1.1 503 L", "Retry-After: 18446744073709551615"}).retry_after(),
             std::chrono::seconds(86'400));
@@ -128,8 +145,19 @@ TEST(HttpAnswer, ValuesThatWouldEndALineAreNotTaken) {
 
 TEST(HttpAnswer, AnyBytesAreTakenOrLeft) {
   std::mt19937_64 random(3);
-  const std::string words[] = {"HTTP/1.1 ", "206", "Content-Range:", " bytes ", "0-99/1000", "ETag: ",
-                               "\"a\"", "\r\n", ":", "-", "/", "Retry-After:", "18446744073709551615"};
+  const std::string words[] = {"HTTP/1.1 ",
+                               "206",
+                               "Content-Range:",
+                               " bytes ",
+                               "0-99/1000",
+                               "ETag: ",
+                               "\"a\"",
+                               "\r\n",
+                               ":",
+                               "-",
+                               "/",
+                               "Retry-After:",
+                               "18446744073709551615"};
   for (int round = 0; round < 20'000; ++round) {
     HttpAnswer answer;
     for (int i = 0; i < 6; ++i) {

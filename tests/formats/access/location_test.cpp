@@ -8,7 +8,8 @@ namespace cairn::formats {
 namespace {
 
 TEST(Location, PathsStayPaths) {
-  for (const char* path : {"site.cairn", "/data/site.cairn", "http:/site.cairn", "ftp://host/site.cairn", "httpx://h"}) {
+  for (const char* path : {"site.cairn", "/data/site.cairn", "http:/site.cairn",
+                           "ftp://host/site.cairn", "httpx://h"}) {
     EXPECT_FALSE(Location(path).is_remote()) << path;
     EXPECT_EQ(Location(path).path(), path);
   }
@@ -20,12 +21,14 @@ TEST(Location, AddressesNameFoldersAndFiles) {
   EXPECT_TRUE(location.is_remote());
   EXPECT_EQ(location.file("index.bin").string(), "HTTPS://host:8080/a/site%20one.cairn/index.bin");
   EXPECT_EQ(location.name(), "site%20one.cairn");
-  EXPECT_EQ(Location("http://[::1]:80/x").file("nodes.bin").string(), "http://[::1]:80/x/nodes.bin");
+  EXPECT_EQ(Location("http://[::1]:80/x").file("nodes.bin").string(),
+            "http://[::1]:80/x/nodes.bin");
 }
 
 TEST(Location, RefusesAddressesThatCannotBe) {
-  for (const char* text : {"http://", "http:///site", "http://:80/site", "http://host/a b", "http://host/a\r\nX: y",
-                           "http://host/site?x=1", "http://host/site#x", "https://me:secret@host/site"}) {
+  for (const char* text :
+       {"http://", "http:///site", "http://:80/site", "http://host/a b", "http://host/a\r\nX: y",
+        "http://host/site?x=1", "http://host/site#x", "https://me:secret@host/site"}) {
     try {
       Location location{text};
       ADD_FAILURE() << text;

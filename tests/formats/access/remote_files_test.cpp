@@ -80,11 +80,12 @@ class RemoteFilesTest : public testing::Test {
   }
   /// Answers so many requests for ranges behind the front by a fault, all others well.
   void fail(WebFault fault, int times = 1'000'000) {
-    server_.set_script([fault, times](const WebRequest& request) mutable -> std::optional<WebFault> {
-      if (request.first == 0u || times == 0) return std::nullopt;
-      --times;
-      return fault;
-    });
+    server_.set_script(
+        [fault, times](const WebRequest& request) mutable -> std::optional<WebFault> {
+          if (request.first == 0u || times == 0) return std::nullopt;
+          --times;
+          return fault;
+        });
   }
 
   test::TemporaryFolder folder_;
@@ -99,7 +100,8 @@ TEST_F(RemoteFilesTest, ReadsRangesAndKnowsTheSize) {
   EXPECT_EQ(read(*source, 0, 10), part(0, 10));
   EXPECT_EQ(read(*source, 999'000, 1000), part(999'000, 1000));
   EXPECT_EQ(read(*source, 100'000, 700'000), part(100'000, 700'000));
-  EXPECT_EQ(source->front(5'000'000, Fresh::kNo)->size(), kFileBytes) << "a front ends with the file";
+  EXPECT_EQ(source->front(5'000'000, Fresh::kNo)->size(), kFileBytes)
+      << "a front ends with the file";
 }
 
 TEST_F(RemoteFilesTest, ReadingAgainAsksForNothing) {
@@ -145,7 +147,8 @@ TEST_F(RemoteFilesTest, WishesComeBeforeTheyAreAskedForTheMostUrgentFirst) {
   const auto source = open(options);
   std::atomic<int> arrivals = 0;
   const auto list = source->make_wish_list([&] { ++arrivals; });
-  const std::vector<ByteRange> wishes{range(700'000, 1000), range(100'000, 1000), range(400'000, 1000)};
+  const std::vector<ByteRange> wishes{range(700'000, 1000), range(100'000, 1000),
+                                      range(400'000, 1000)};
   list->replace(wishes);
   for (const ByteRange& wish : wishes)
     while (!source->ready(wish)) std::this_thread::sleep_for(milliseconds(1));
@@ -210,7 +213,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Passing{"ShortBody", {.kind = WebFault::kShort, .bytes = 500}},
                     Passing{"TooShortLength", {.kind = WebFault::kShortLength, .bytes = 900}},
                     Passing{"Unavailable", {.kind = WebFault::kStatus, .status = 503}},
-                    Passing{"TooMany", {.kind = WebFault::kStatus, .status = 429, .text = "Retry-After: 0"}},
+                    Passing{"TooMany",
+                            {.kind = WebFault::kStatus, .status = 429, .text = "Retry-After: 0"}},
                     Passing{"Broken", {.kind = WebFault::kStatus, .status = 500}}),
     [](const auto& test) { return test.param.name; });
 
@@ -319,18 +323,49 @@ TEST_P(RefusedAnswer, IsToldAtOnceInOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     All, RefusedAnswer,
     testing::Values(
-        Refusal{"WholeFile", {.kind = WebFault::kWhole}, ErrorKind::kSystem, "does not answer requests for ranges"},
-        Refusal{"NotFound", {.kind = WebFault::kStatus, .status = 404}, ErrorKind::kSystem, "found status 404"},
-        Refusal{"Forbidden", {.kind = WebFault::kStatus, .status = 403}, ErrorKind::kSystem, "found status 403"},
-        Refusal{"OtherRange", {.kind = WebFault::kOtherRange, .bytes = 1}, ErrorKind::kSystem, "another range"},
-        Refusal{"NoContentRange", {.kind = WebFault::kNoRange}, ErrorKind::kSystem, "no Content-Range"},
-        Refusal{"OtherTotal", {.kind = WebFault::kOtherTotal, .bytes = 2'000'000}, ErrorKind::kInput, "changed"},
-        Refusal{"HugeTotal", {.kind = WebFault::kOtherTotal, .bytes = UINT64_MAX}, ErrorKind::kInput, "changed"},
-        Refusal{"OtherTag", {.kind = WebFault::kTag, .text = "\"other\""}, ErrorKind::kInput, "changed"},
+        Refusal{"WholeFile",
+                {.kind = WebFault::kWhole},
+                ErrorKind::kSystem,
+                "does not answer requests for ranges"},
+        Refusal{"NotFound",
+                {.kind = WebFault::kStatus, .status = 404},
+                ErrorKind::kSystem,
+                "found status 404"},
+        Refusal{"Forbidden",
+                {.kind = WebFault::kStatus, .status = 403},
+                ErrorKind::kSystem,
+                "found status 403"},
+        Refusal{"OtherRange",
+                {.kind = WebFault::kOtherRange, .bytes = 1},
+                ErrorKind::kSystem,
+                "another range"},
+        Refusal{
+            "NoContentRange", {.kind = WebFault::kNoRange}, ErrorKind::kSystem, "no Content-Range"},
+        Refusal{"OtherTotal",
+                {.kind = WebFault::kOtherTotal, .bytes = 2'000'000},
+                ErrorKind::kInput,
+                "changed"},
+        Refusal{"HugeTotal",
+                {.kind = WebFault::kOtherTotal, .bytes = UINT64_MAX},
+                ErrorKind::kInput,
+                "changed"},
+        Refusal{"OtherTag",
+                {.kind = WebFault::kTag, .text = "\"other\""},
+                ErrorKind::kInput,
+                "changed"},
         Refusal{"LostTag", {.kind = WebFault::kTag, .text = ""}, ErrorKind::kInput, "changed"},
-        Refusal{"Precondition", {.kind = WebFault::kStatus, .status = 412}, ErrorKind::kInput, "changed"},
-        Refusal{"Encoded", {.kind = WebFault::kHeader, .text = "Content-Encoding: gzip"}, ErrorKind::kSystem, "encodes"},
-        Refusal{"ToAFile", {.kind = WebFault::kStatus, .status = 302, .text = "Location: file:///etc/passwd"}, ErrorKind::kSystem, "rotocol"}),
+        Refusal{"Precondition",
+                {.kind = WebFault::kStatus, .status = 412},
+                ErrorKind::kInput,
+                "changed"},
+        Refusal{"Encoded",
+                {.kind = WebFault::kHeader, .text = "Content-Encoding: gzip"},
+                ErrorKind::kSystem,
+                "encodes"},
+        Refusal{"ToAFile",
+                {.kind = WebFault::kStatus, .status = 302, .text = "Location: file:///etc/passwd"},
+                ErrorKind::kSystem,
+                "rotocol"}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(RemoteFilesTest, AChangedFileIsNotSentAtAll) {
@@ -346,11 +381,13 @@ TEST_F(RemoteFilesTest, AChangedFileIsNotSentAtAll) {
 
 TEST_F(RemoteFilesTest, AWeakTagIsNoConditionButIsCompared) {
   std::string tag = "W/\"a\"";
-  server_.set_script([&](const WebRequest&) { return WebFault{.kind = WebFault::kTag, .text = tag}; });
+  server_.set_script(
+      [&](const WebRequest&) { return WebFault{.kind = WebFault::kTag, .text = tag}; });
   const auto source = open(quick());
   EXPECT_EQ(read(*source, 100'000, 10), part(100'000, 10));
   EXPECT_FALSE(server_.requests().back().headers.contains("if-match"));
-  server_.set_script([](const WebRequest&) { return WebFault{.kind = WebFault::kTag, .text = "W/\"b\""}; });
+  server_.set_script(
+      [](const WebRequest&) { return WebFault{.kind = WebFault::kTag, .text = "W/\"b\""}; });
   EXPECT_THAT(failure(*source).what(), HasSubstr("changed"));
 }
 
@@ -374,8 +411,8 @@ TEST_F(RemoteFilesTest, RedirectionsAreFollowedButNotForEver) {
 TEST_F(RemoteFilesTest, GarbageIsNoAnswer) {
   const auto source = open(quick());
   for (const std::string& text :
-       {std::string("\0\xff\x01garbage", 10), std::string("HTTP/9.9 huh\r\n\r\n"), std::string(200'000, 'A'),
-        "HTTP/1.1 206 P\r\n" + std::string(400'000, 'B') + "\r\n\r\n",
+       {std::string("\0\xff\x01garbage", 10), std::string("HTTP/9.9 huh\r\n\r\n"),
+        std::string(200'000, 'A'), "HTTP/1.1 206 P\r\n" + std::string(400'000, 'B') + "\r\n\r\n",
         std::string("HTTP/1.1 206 P\r\nContent-Length: 99999999999999999999999\r\n\r\n")}) {
     fail({.kind = WebFault::kGarbage, .text = text});
     EXPECT_EQ(failure(*source).kind(), ErrorKind::kSystem);
