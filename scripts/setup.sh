@@ -12,6 +12,7 @@ packages=(
   libembree-dev libflann-dev liblz4-dev libpcl-dev
   libglm-dev libpng-dev libglfw3-dev libepoxy-dev libegl-dev libimgui-dev libgl1-mesa-dri
   xvfb xdotool  # windows without a screen, for tests
+  nginx-light   # a server, for tests of streaming
 )
 if [[ "${1:-}" == checks ]]; then
   packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev

@@ -182,7 +182,8 @@ void RemoteFiles::finish(const HttpEnd& end) {
   job.sent = false;
   reached_ |= end.reached;
   const Judgement& judgement = end.judgement;
-  if (!job.is_front() && job.delivered == job.keys.size()) {  // however it ended
+  if (judgement.verdict != Verdict::kGood && !job.is_front() && job.delivered == job.keys.size()) {
+    // Nothing is missing, however it ended.
     jobs_.erase(at);
     last_success_ = Clock::now();
     return;

@@ -131,11 +131,13 @@ DatasetReader DatasetReader::open(const Location& location, const AccessOptions&
   files.index->expect_front(kIndexFront);
   files.nodes->expect_front(kNodesFront);
   // With an index of an earlier run most likely the metadata is at hand, too.
-  if (!files.index->has_stored_front()) files.metadata->expect_front(kMetadataFront);
+  const bool all_at_once = files.index->is_remote() && !files.index->has_stored_front();
+  if (all_at_once) files.metadata->expect_front(kMetadataFront);
   auto [index, root_checksum] = read_index(*files.index);
   // The root checksum vouches for every byte of the dataset, so it names them.
   files.metadata->identify(root_checksum);
   files.nodes->identify(root_checksum);
+  if (all_at_once) files.metadata->front(kMetadataFront);
   files.metadata->expect_size(index.head.metadata_size_bytes);
   std::string metadata = read_metadata(*files.metadata, index.head);
   files.nodes->front(kNodesFront);
