@@ -59,7 +59,7 @@ std::string network_text(const NetworkFacts& facts) {
   return fmt::format(
       "  network  {} in {}, {}; {} kept from before; first picture after {:.2f} s{}\n",
       human_bytes(facts.access.fetched_bytes), count_of(facts.access.requests, "request"),
-      fmt::format(facts.access.retries == 1 ? "{} retry" : "{} retries", facts.access.retries),
+      fmt::format("{} {}", facts.access.retries, facts.access.retries == 1 ? "retry" : "retries"),
       human_bytes(facts.access.cache_bytes), facts.first_picture_s,
       facts.full_front_s ? fmt::format(", all of it after {:.2f} s", *facts.full_front_s) : "");
 }

@@ -12,7 +12,7 @@ TEST(LongStreaming, FirstPictureFullFrontAndBytesAreAsPromised) {
   if (run_program("/bin/sh", {"-c", "command -v nginx"}).exit_code != 0) GTEST_SKIP() << "no nginx";
   TemporaryFolder folder;
   const std::string scan = folder / "scan.las", dataset = folder / "site.cairn";
-  ASSERT_EQ(run_program(CAIRN_MAKE_SCAN, {"--points", "600000", "--shape", "surface", "-o", scan})
+  ASSERT_EQ(run_program(CAIRN_MAKE_SCAN, {"--points", "600000", "--shape", "terrain", "-o", scan})
                 .exit_code,
             0);
   ASSERT_EQ(run_program(CAIRN_PROGRAM, {"build", scan, "-o", dataset, "--progress", "none",
