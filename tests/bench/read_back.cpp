@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
+#include "formats/random_access_file.h"
 #include "formats/error.h"
 #include "stages/parallel.h"
 #include "tests/bench/spread.h"
