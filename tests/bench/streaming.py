@@ -14,7 +14,7 @@ way, and a connection begins with a round trip. Runs, in turns:
 
 Prints a table in Markdown. Exits with 1 where a promise is broken: the first picture within 2 s, the full front within twice
 the time that its bytes alone need, at most 1.2 times the bytes of the index and of the nodes drawn in any frame, and
-no byte of nodes.bin sent twice. --quick: a smaller budget and no turn, for a test.
+no byte of nodes.bin sent twice but the first, which tells its size. --quick: a smaller budget and no turn, for a test.
 """
 import argparse
 import contextlib
@@ -181,8 +181,10 @@ def main():
                   flush=True)
             promises = {"the first picture within 2 s": network["first_picture_s"] <= 2,
                         "at most 1.2 times the bytes of index and drawn nodes": share <= 1.2,
-                        "no byte sent twice": twice == 0,
-                        "what the server sent is what was counted": sent == network["fetched_bytes"]}
+                        "no byte sent twice but the one that tells the size": twice <= 1,
+                        "what the server sent was counted": sent >= network["fetched_bytes"]}
+            if name != "turn":  # which ends with answers under way
+                promises["no more was sent than was counted"] = sent == network["fetched_bytes"]
             if name == "still":
                 promises["the full front within twice the time of its bytes"] = full is not None and full <= 2 * alone
             if name == "again":
