@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
-#include "formats/random_access_file.h"
 #include "formats/error.h"
+#include "formats/random_access_file.h"
 #include "stages/parallel.h"
 #include "tests/bench/spread.h"
 
