@@ -11,7 +11,9 @@ packages=(
   liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
   libembree-dev libflann-dev liblz4-dev libpcl-dev
   libglm-dev libpng-dev libglfw3-dev libepoxy-dev libegl-dev libimgui-dev libgl1-mesa-dri
+  libmeshoptimizer-dev
   xvfb xdotool  # windows without a screen, for tests
+  chromium  # web pages without a screen, for tests
 )
 if [[ "${1:-}" == checks ]]; then
   packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev

@@ -5,11 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <optional>
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "formats/scans/scan_writer.h"
 #include "pipeline/commands/dataset_command.h"
+#include "pipeline/commands/export_tiles.h"
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/human.h"
@@ -20,30 +22,48 @@
 namespace cairn::pipeline {
 namespace {
 
-constexpr const char* kAbout = "Write a level of a dataset as one scan.";
+constexpr const char* kAbout = "Write a level of a dataset as one scan, or all of it as 3D Tiles.";
 constexpr const char* kFooter =
     "The format follows from the suffix: .las, or .ply (binary little-endian, world coordinates). "
     "Leaves have all\n"
     "attributes of the input; other levels those that representatives carry, and their radius and "
     "weight.\n"
+    "With --format 3dtiles the output is a folder for a web server: all levels as tiles of 3D "
+    "Tiles 1.1, and a\n"
+    "page that shows them.\n"
     "\n"
     "Examples:\n"
     "  cairn export site.cairn -o site.las\n"
-    "  cairn export site.cairn -o overview.ply --level 0";
+    "  cairn export site.cairn -o overview.ply --level 0\n"
+    "  cairn export site.cairn --format 3dtiles -o site --place=-123.07,44.06";
 
 class ExportCommand : public DatasetCommand {
  public:
   explicit ExportCommand(CLI::App& program) : DatasetCommand(program, "export", kAbout, kFooter) {
-    parser_.add_option("-o,--output", output_, "the scan to write, .las or .ply")
-        ->option_text("FILE")
+    parser_
+        .add_option("-o,--output", output_,
+                    "the scan to write, .las or .ply, or the folder of 3D Tiles to make")
+        ->option_text("FILE|DIR")
         ->required();
-    parser_.add_option("--level", level_, "a level from 0, the coarsest, or leaves [leaves]")
-        ->option_text("L|leaves");
+    parser_.add_option("--format", format_, "3dtiles [a scan, as the suffix says]")
+        ->option_text("FORMAT")
+        ->check(CLI::IsMember({kTilesFormat}));
+    level_flag_ =
+        parser_.add_option("--level", level_, "a level from 0, the coarsest, or leaves [leaves]")
+            ->option_text("L|leaves");
     parser_.add_flag("--force", force_, "replace an existing file once the new one is complete");
     add_progress_flag(parser_, progress_);
+    tiles_.emplace(parser_);
   }
 
   int run(const std::stop_token& stop) override {
+    if (format_ == kTilesFormat) {
+      if (level_flag_->count() > 0)
+        formats::throw_usage("3D Tiles hold all levels; --level is for scans");
+      tiles_->run(dataset_, output_, force_, progress_, stop);
+      return 0;
+    }
+    tiles_->refuse_flags("scans");
     const std::filesystem::path output = output_;
     require_free_place(output, force_);
     if (std::filesystem::is_directory(output)) formats::throw_usage(output_ + " is a folder");
@@ -90,7 +110,10 @@ class ExportCommand : public DatasetCommand {
   }
 
   std::string output_;
+  std::string format_;
   std::string level_ = "leaves";
+  CLI::Option* level_flag_ = nullptr;
+  std::optional<TilesExport> tiles_;
   bool force_ = false;
   std::string progress_ = "auto";
 };
