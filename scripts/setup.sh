@@ -10,6 +10,7 @@ packages=(
   libtbb-dev libfmt-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
   liblzo2-dev libzstd-dev libxxhash-dev libgtest-dev libgmock-dev libbenchmark-dev
   libembree-dev libflann-dev liblz4-dev libpcl-dev
+  python3-dev python3-numpy pybind11-dev
   libglm-dev libpng-dev libglfw3-dev libepoxy-dev libegl-dev libimgui-dev libgl1-mesa-dri
   xvfb xdotool  # windows without a screen, for tests
 )
