@@ -31,7 +31,7 @@ class Reader {
  public:
   explicit Reader(const std::string& location) {
     const py::gil_scoped_release unlocked;
-    reader_ = std::make_shared<const DatasetReader>(DatasetReader::open(location));
+    reader_.reset(new const DatasetReader(DatasetReader::open(location)));
   }
 
   void close() { reader_.reset(); }

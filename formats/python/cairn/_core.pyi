@@ -18,8 +18,8 @@ class Reader:
         self, id: int, attributes: list[int], radius: bool, weight: bool, representative: bool
     ) -> tuple[
         NDArray[np.int32],
-        list[NDArray[Any] | None],
-        NDArray[np.float32] | None,
+        list[NDArray[Any]],
+        NDArray[np.float32],
         NDArray[np.uint64] | None,
         NDArray[np.uint32] | None,
     ]: ...

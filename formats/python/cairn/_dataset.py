@@ -85,7 +85,8 @@ class Dataset:
         radius = Attribute("radius", np.dtype(np.float32), 1, "cover_radius", told["radius_estimated"])
         self.attributes = MappingProxyType({attribute.name: attribute for attribute in [*schema, radius]})
         self.sections = ("position", "representative", "weight", "radius", *(attribute.name for attribute in schema))
-        self.grid = Grid(*map(tuple, told["grid"]))
+        grid: Any = tuple(map(tuple, told["grid"]))
+        self.grid = Grid(*grid)
         self.lossless = told["lossless_leaves"]
         for name in ("point_count", "fanout", "node_points", "target_points", "level_count", "node_count", "replaces"):
             setattr(self, name, told[name])

@@ -43,9 +43,17 @@ def as_box(box: ArrayLike) -> NDArray[np.float64]:
 
 def meets(boxes: NDArray[Any], box: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which of many boxes, (n, 2, 3), have a point in common with one; the sides belong to a box."""
-    return ((boxes[:, 0] <= box[1]) & (boxes[:, 1] >= box[0])).all(axis=1)
+    met: NDArray[np.bool_] = ((boxes[:, 0] <= box[1]) & (boxes[:, 1] >= box[0])).all(axis=1)
+    return met
 
 
 def holds(box: NDArray[np.float64], boxes: NDArray[Any]) -> NDArray[np.bool_]:
     """Which of many boxes lie in one as a whole."""
-    return ((boxes[:, 0] >= box[0]) & (boxes[:, 1] <= box[1])).all(axis=1)
+    held: NDArray[np.bool_] = ((boxes[:, 0] >= box[0]) & (boxes[:, 1] <= box[1])).all(axis=1)
+    return held
+
+
+def inside(box: NDArray[np.float64], xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which of many points, (n, 3), lie in a box, sides included."""
+    found: NDArray[np.bool_] = ((xyz >= box[0]) & (xyz <= box[1])).all(axis=1)
+    return found

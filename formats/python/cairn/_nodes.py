@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._points import Points
+from ._points import Points, Selector
 from ._read import read_nodes
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ class Nodes(Sequence[Node]):
     @overload
     def __getitem__(self, key: int) -> Node: ...
     @overload
-    def __getitem__(self, key: slice | ArrayLike) -> Nodes: ...
+    def __getitem__(self, key: Selector) -> Nodes: ...
 
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):

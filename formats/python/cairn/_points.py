@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, overload
+from typing import Any, Union, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ._errors import UsageError
 from ._grid import Grid
+
+Selector = Union[slice, NDArray[Any], Sequence[int], Sequence[bool]]
+"""What selects some of many: a slice, a mask, or indices."""
 
 
 def describe_column(name: str, dtype: np.dtype[Any], components: int) -> str:
@@ -86,7 +89,7 @@ class Points:
     @overload
     def __getitem__(self, key: str) -> NDArray[Any]: ...
     @overload
-    def __getitem__(self, key: slice | ArrayLike) -> Points: ...
+    def __getitem__(self, key: Selector) -> Points: ...
 
     def __getitem__(self, key: Any) -> Any:
         """The column of a name; or, for a slice, a mask or indices, these points."""

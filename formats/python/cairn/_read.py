@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import UsageError
-from ._grid import as_box, holds
+from ._grid import as_box, holds, inside
 from ._points import Points, concatenate
 
 if TYPE_CHECKING:
@@ -57,9 +57,11 @@ def read_node(dataset: Dataset, id: int, wanted: Wanted) -> Points:
     inner = id < dataset._first_leaf
     steps, found, radius, weight, representative = dataset._reader.read_node(
         id, wanted.schema, wanted.radius, wanted.weight and inner, wanted.representative)
-    columns = iter(found)
-    return Points(steps, dataset.grid, {name: radius if name == "radius" else next(columns) for name in wanted.names},
-                  (weight if inner else 1) if wanted.weight else None, representative)
+    columns = dict(zip((name for name in wanted.names if name != "radius"), found))
+    if wanted.radius:
+        columns["radius"] = radius
+    return Points(steps, dataset.grid, {name: columns[name] for name in wanted.names},
+                  1 if wanted.weight and not inner else weight, representative)
 
 
 def in_threads(task: Callable[[int], Result], count: int, threads: int | None) -> list[Result]:
@@ -80,7 +82,9 @@ def empty_points(dataset: Dataset, wanted: Wanted, count: int, leaves: bool) -> 
     for name in wanted.names:
         attribute = dataset.attributes[name]
         columns[name] = np.empty((count, attribute.components) if attribute.components > 1 else count, attribute.dtype)
-    weight = (1 if leaves else np.empty(count, np.uint64)) if wanted.weight else None
+    weight: NDArray[np.uint64] | int | None = None
+    if wanted.weight:
+        weight = 1 if leaves else np.empty(count, np.uint64)
     return Points(np.empty((count, 3), np.int32), dataset.grid, columns, weight,
                   np.empty(count, np.uint32) if wanted.representative else None)
 
@@ -112,13 +116,13 @@ def read_inside(dataset: Dataset, ids: Sequence[int], wanted: Wanted, box: NDArr
     whole = holds(box, dataset._table["box"][np.asarray(ids, np.int64)])
     leaves = all(id >= dataset._first_leaf for id in ids)
 
-    def inside(i: int) -> Points:
+    def read(i: int) -> Points:
         points = read_node(dataset, ids[i], wanted)
         if not leaves and isinstance(points._weight, int):
             points._weight = np.ones(len(points), np.uint64)
-        return points if whole[i] else points[((points.xyz >= box[0]) & (points.xyz <= box[1])).all(axis=1)]
+        return points if whole[i] else points[inside(box, points.xyz)]
 
-    return concatenate([empty_points(dataset, wanted, 0, leaves), *in_threads(inside, len(ids), threads)])
+    return concatenate([empty_points(dataset, wanted, 0, leaves), *in_threads(read, len(ids), threads)])
 
 
 def read_nodes(dataset: Dataset, ids: Sequence[int], attributes: str | Iterable[str] | None, *,

@@ -2,6 +2,7 @@
 
 What a dataset must give back is known from the arrays that its scans were written from; readers of Cairn have no part in it.
 """
+import atexit
 import os
 import shutil
 import struct
@@ -21,6 +22,7 @@ SHARED_DATA = Path(os.environ["CAIRN_SHARED_DATA"])
 
 _folder = tempfile.TemporaryDirectory(prefix="cairn-python-")
 FOLDER = Path(_folder.name)
+atexit.register(_folder.cleanup)
 
 # LAS 1.2, point format 3.
 LAS_RECORD = np.dtype([("steps", "<i4", 3), ("intensity", "<u2"), ("flags", "u1"), ("classification", "u1"),
@@ -114,8 +116,7 @@ def copy_of(path, name):
 
 def sorted_rows(*columns):
     """Rows of columns side by side as a sorted list: equal for equal multisets."""
-    parts = [np.asarray(column).reshape(len(columns[0]), -1).astype(np.float64) for column in columns]
-    rows = np.concatenate(parts, axis=1)
+    rows = np.column_stack([np.asarray(column, np.float64) for column in columns])
     return rows[np.lexsort(rows.T)]
 
 

@@ -5,6 +5,8 @@ import pathlib
 import pickle
 import unittest
 
+import numpy as np
+
 import cairn
 from support import FOLDER, SurveyCase, copy_of
 
@@ -45,7 +47,7 @@ class Damage(SurveyCase):
             self.assertEqual(caught.exception.path, f"{site.source}/nodes.bin")
             self.assertEqual(caught.exception.offset, int(node["offset"]))
             self.assertIsNotNone(caught.exception.found)
-        self.assertEqual(len(site.node(21).read()), 313)  # the others can be read as before
+        np.testing.assert_array_equal(site.node(21).read().steps, self.site.node(21).read().steps)  # others as before
 
     def test_files_that_end_early_are_refused(self):
         for file in ("index.bin", "nodes.bin", "metadata.json"):

@@ -144,7 +144,9 @@ class Representatives(SurveyCase):
                 self.assertTrue((chosen >= block.start).all() and (chosen < block.stop).all())
                 # Each stands for as many as its weight tells.
                 np.testing.assert_array_equal(np.bincount(chosen, minlength=len(parents))[block], parents.weight[block])
-                distance = np.linalg.norm(points.xyz - parents.xyz[chosen], axis=1)
+                # From steps: world coordinates of seven digits before the point are rounded to a nanometre.
+                steps = points.steps.astype(np.int64) - parents.steps[chosen]
+                distance = np.linalg.norm(steps * self.site.grid.step, axis=1)
                 self.assertLessEqual(distance.max(), parent.bound)
                 squares += (distance**2).sum()
             self.assertEqual(parent.blocks[0].start, 0)
