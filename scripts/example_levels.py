@@ -21,7 +21,7 @@ except ImportError as error:
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("dataset", help="a folder NAME.cairn")
 parser.add_argument("-o", "--output", help="picture to write: .png, .pdf or .svg; without it a window is opened")
-parser.add_argument("--budget", type=int, default=400_000, help="points of the map")
+parser.add_argument("--budget", type=int, default=600_000, help="points of the map")
 arguments = parser.parse_args()
 
 try:
@@ -39,12 +39,12 @@ for level, nodes in enumerate(levels):
 
 BLUE, ORANGE, GREEN, GREY = "#31688e", "#e08214", "#35b779", "#9a9a9a"
 figure, ((sizes_axes, errors_axes), (map_axes, budget_axes)) = plt.subplots(2, 2, figsize=(13, 10), layout="constrained")
-random = np.random.default_rng(0)
+LEVEL_COLORS = plt.get_cmap("plasma")(np.linspace(0, 0.9, site.level_count))
 
 
 def spread_out(count):
-    """Offsets that keep marks of a level from hiding each other."""
-    return random.uniform(-0.28, 0.28, count) if count > 1 else np.zeros(1)
+    """Offsets that keep marks of a level from hiding each other, in the order of the nodes."""
+    return np.linspace(-0.3, 0.3, count) if count > 1 else np.zeros(1)
 
 
 # %% Node sizes. Inner nodes are all equally full, leaves differ by at most one point.
@@ -53,10 +53,10 @@ for level, nodes in enumerate(levels):
     sizes_axes.scatter(level + spread_out(len(nodes)), sizes, s=14, color=BLUE, alpha=0.6, linewidths=0)
     low, high = int(sizes.min()), int(sizes.max())
     noun = "node" if len(nodes) == 1 else "nodes"
-    text = f"{len(nodes):,} {noun}\n{low:,}" + ("" if low == high else f"\nto {high:,}")
-    sizes_axes.annotate(text, (level, high), xytext=(0, 10), textcoords="offset points", ha="center", fontsize=8)
+    text = f"{low:,}" + ("" if low == high else f" to {high:,}") + f"\n{len(nodes):,} {noun}"
+    sizes_axes.annotate(text, (level, low), xytext=(0, -10), textcoords="offset points", ha="center", va="top", fontsize=8)
 sizes_axes.axhline(site.target_points, color=GREY, lw=1, ls=":", label=f"asked for {site.target_points:,}")
-sizes_axes.set_ylim(0, 1.45 * max(site.node_points, site.target_points))
+sizes_axes.set_ylim(0, 1.2 * max(site.node_points, site.target_points))
 sizes_axes.set(title="Points a node, each a dot", xlabel="level", ylabel="points")
 sizes_axes.legend(fontsize=8, loc="lower right")
 
@@ -81,7 +81,8 @@ for axes in (sizes_axes, errors_axes):
     axes.set_xticks(range(site.level_count))
     axes.set_xlim(-0.5, site.level_count - 0.5)
 
-# %% A cut on a budget: the nodes that show all of the site with the least error. Read by as many threads as there are processors.
+# %% A cut on a budget: the nodes that show all of the site with the least error, coarse where that costs little. They are read
+# by as many threads as there are processors.
 cut = site.budget(max(arguments.budget, site.root.point_count))
 points = cut.read([name for name in ("color", "intensity") if name in site.attributes
                    and site.attributes[name].on_inner_nodes])
@@ -93,7 +94,13 @@ if "color" in points:
     shade = {"c": np.clip(points["color"] / brightest, 0, 1)[order]}
 else:
     shade = {"c": (points["intensity"] if "intensity" in points else height)[order], "cmap": "viridis"}
-map_axes.scatter(x[order], y[order], s=(72 * 5 / 800) ** 2, marker=",", linewidths=0, rasterized=True, **shade)
+map_axes.scatter(x[order], y[order], s=1.2, marker="s", linewidths=0, rasterized=True, **shade)
+for level in np.unique(cut["level"]):
+    for low, high in cut[cut["level"] == level]["box"] - centre:
+        map_axes.add_patch(plt.Rectangle(low[:2], *(high - low)[:2], fill=False, lw=1.2, ec=LEVEL_COLORS[level],
+                                         label=f"nodes of level {level}"))
+handles = dict(zip(*map_axes.get_legend_handles_labels()[::-1]))  # one of each level
+map_axes.legend(handles.values(), handles, fontsize=8, loc="upper right", bbox_to_anchor=(1.3, 1))
 map_axes.set_aspect("equal")
 map_axes.set(title=f"{cut!r}"[7:-1].partition(", rms")[0], xlabel=f"x - {centre[0]:,.1f}", ylabel=f"y - {centre[1]:,.1f}")
 
