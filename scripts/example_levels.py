@@ -102,7 +102,7 @@ for level in np.unique(cut["level"]):
 handles = dict(zip(*map_axes.get_legend_handles_labels()[::-1]))  # one of each level
 map_axes.legend(handles.values(), handles, fontsize=8, loc="upper right", bbox_to_anchor=(1.3, 1))
 map_axes.set_aspect("equal")
-map_axes.set(title=f"{cut!r}"[7:-1].partition(", rms")[0], xlabel=f"x - {centre[0]:,.1f}", ylabel=f"y - {centre[1]:,.1f}")
+map_axes.set(title=f"{len(points):,} points of {len(cut)} nodes, at most {arguments.budget:,} asked for", xlabel=f"x - {centre[0]:,.1f}", ylabel=f"y - {centre[1]:,.1f}")
 
 # %% What a budget buys: the error of the best cut of at most so many points, beside whole levels.
 budgets = np.unique(np.geomspace(site.root.point_count, site.point_count, 60).astype(np.int64))

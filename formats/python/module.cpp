@@ -24,7 +24,7 @@ namespace {
 
 namespace py = pybind11;
 
-using Steps = py::array_t<std::int32_t, py::array::c_style>;
+using Steps = py::array_t<std::int32_t, py::array::c_style>;  // others are refused, not converted
 
 /// A reader that can be closed. Whoever reads meanwhile holds it until done.
 class Reader {
@@ -34,7 +34,16 @@ class Reader {
     reader_.reset(new const DatasetReader(DatasetReader::open(location)));
   }
 
-  void close() { reader_.reset(); }
+  ~Reader() { close(); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  /// What has to be waited for does not hold up other threads of Python.
+  void close() {
+    std::shared_ptr<const DatasetReader> reader = std::move(reader_);
+    const py::gil_scoped_release unlocked;
+    reader.reset();
+  }
   bool closed() const { return reader_ == nullptr; }
 
   /// The reader itself, which stays even if another thread closes this one.
@@ -160,6 +169,6 @@ PYBIND11_MODULE(_core, module) {
           py::arg("id"))
       .def("read_node", &read_node, py::arg("id"), py::arg("attributes"), py::arg("radius"),
            py::arg("weight"), py::arg("representative"));
-  module.def("to_world", &to_world, py::arg("steps"), py::arg("step"), py::arg("offset"),
-             py::arg("shift"));
+  module.def("to_world", &to_world, py::arg("steps").noconvert(), py::arg("step"),
+             py::arg("offset"), py::arg("shift"));
 }

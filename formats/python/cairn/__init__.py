@@ -42,7 +42,7 @@ __all__ = ["AccessError", "Attribute", "Dataset", "Error", "Grid", "InputError",
            "Points", "UsageError", "open"]
 
 
-def open(location: str | os.PathLike[str]) -> Dataset:
+def open(location: str | bytes | os.PathLike[str]) -> Dataset:
     """Opens the dataset in a folder, or at an address if the reader was built to read from servers.
 
     The index is read and checked as a whole; of nodes only what is asked for, each section against its checksum.

@@ -74,8 +74,8 @@ class Dataset:
     sections: tuple[str, ...]
     """What nodes are stored as: the columns of the field ``section_bytes``."""
 
-    def __init__(self, location: str | os.PathLike[str]) -> None:
-        self.source = os.fspath(location)
+    def __init__(self, location: str | bytes | os.PathLike[str]) -> None:
+        self.source = os.fsdecode(location)
         path = os.fsencode(self.source)
         if b"\0" in path:
             raise UsageError(f"a path holds no zero byte: found {self.source!r}")

@@ -23,7 +23,12 @@ class Grid(NamedTuple):
 
     def world(self, steps: ArrayLike) -> NDArray[np.float64]:
         """World coordinates of steps, (n, 3) both. The sum in brackets is exact, the rest rounded to nearest."""
-        return _core.to_world(np.ascontiguousarray(steps, dtype=np.int32), *self)
+        given = np.asarray(steps)
+        with np.errstate(invalid="ignore"):
+            exact = np.ascontiguousarray(given, dtype=np.int32)
+        if exact is not given and not np.array_equal(exact, given):
+            raise UsageError("steps are whole numbers of 32 bits")
+        return _core.to_world(exact, *self)
 
 
 def as_box(box: ArrayLike) -> NDArray[np.float64]:

@@ -87,8 +87,9 @@ class Damage(SurveyCase):
 
 class Locations(SurveyCase):
     def test_text_and_paths_are_the_same_place(self):
-        for location in (str(self.path), pathlib.PurePosixPath(self.path), self.path):
-            self.assertEqual(cairn.open(location).point_count, 20_000)
+        for location in (str(self.path), pathlib.PurePosixPath(self.path), self.path, os.fsencode(self.path)):
+            site = cairn.open(location)
+            self.assertEqual((site.source, site.point_count), (str(self.path), 20_000))
 
     def test_names_that_are_no_text_are_opened_and_told(self):
         name = os.fsdecode(b"caf\xe9 \xc3\xa9")

@@ -173,6 +173,8 @@ class Wanted(SurveyCase):
         self.assertIn("the root has no representatives", self.refusal(lambda: self.site.root.read(representative=True)))
         self.assertIn("0 threads", self.refusal(lambda: self.site.nodes.read(threads=0)))
         self.assertIn("shape (n, 3)", self.refusal(lambda: self.site.grid.world([1, 2, 3])))
+        for steps in ([[0, 0, 2**31]], [[0.5, 0, 0]], [[0, np.nan, 0]], [[0, 0, -(2**63)]]):
+            self.assertIn("whole numbers of 32 bits", self.refusal(lambda steps=steps: self.site.grid.world(steps)))
         points = self.site.root.read()
         self.assertIn("a slice, a mask or a list", self.refusal(lambda: points[3]))
         with self.assertRaises(TypeError):
