@@ -33,9 +33,9 @@ class InfoCommand : public DatasetCommand {
       print_results(dataset_json(dataset) + "\n");
       return 0;
     }
-    print_results(dataset_text(dataset, dataset_));
+    print_report(dataset_text(dataset, dataset_));
     if (const auto run = read_run_record(dataset_))
-      print_results("\n" + build_text(*run, dataset.header().points));
+      print_report("\n" + build_text(*run, dataset.header().points));
     return 0;
   }
 

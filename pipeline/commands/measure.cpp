@@ -109,7 +109,7 @@ class MeasureCommand : public DatasetCommand {
     if (json_)
       print_results(measure_json(report, pictures ? &*pictures : nullptr));
     else
-      print_results(measure_text(report, dataset_) + (pictures ? pictures_text(*pictures) : ""));
+      print_report(measure_text(report, dataset_) + (pictures ? pictures_text(*pictures) : ""));
     require_held(report);
     return 0;
   }
