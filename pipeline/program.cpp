@@ -48,7 +48,8 @@ constexpr const char* kFooter =
     "  cairn view site.cairn\n"
     "  cairn simulate configs/scenes/statue.toml -o statue\n"
     "\n"
-    "'cairn COMMAND --help' tells the flags of a command.\n"
+    "'cairn COMMAND --help' tells the flags of a command, 'man cairn' all of them.\n"
+    "\n"
     "Exit codes: 0 done, 1 nothing to recommend, 2 usage, 3 bad input, 4 system (disk, memory, "
     "permission),\n"
     "5 a broken promise of a dataset, 128 + signal if stopped by one.";

@@ -29,6 +29,22 @@ std::vector<std::string> filled(const std::string& text, std::size_t columns) {
   return lines;
 }
 
+/// A command line of an example as a shell takes it, broken before a flag where that is possible.
+std::vector<std::string> broken(std::string line, std::size_t columns) {
+  const std::string deeper(line.find_first_not_of(' ') + 4, ' ');
+  std::vector<std::string> lines;
+  while (line.size() > columns) {
+    const std::string_view head = std::string_view(line).substr(0, columns - 1);
+    std::size_t at = std::max(head.rfind(" -") + 1, head.rfind(" &&") + 1);  // npos + 1 is 0
+    if (at <= deeper.size()) at = head.rfind(' ') + 1;
+    if (at <= deeper.size()) break;  // one long word
+    lines.push_back(line.substr(0, at) + "\\");
+    line = deeper + line.substr(at);
+  }
+  lines.push_back(line);
+  return lines;
+}
+
 class Help {
  public:
   Help(unsigned columns, const Paint& paint) : columns_(columns), paint_(paint) {}
@@ -72,7 +88,8 @@ class Help {
       if (!joined) text_ += "\n";
       joined = !paragraph.verbatim && paragraph.lines.back().ends_with(':');
       if (paragraph.verbatim)
-        for (const std::string& line : paragraph.lines) text_ += line + "\n";
+        for (const std::string& example : paragraph.lines)
+          for (const std::string& line : broken(example, columns_)) text_ += line + "\n";
       else if (joined && paragraph.lines.size() == 1)
         text_ += paint_.heading(paragraph.lines.front()) + "\n";
       else

@@ -105,8 +105,8 @@ std::string man_page(const ProgramText& text, std::string_view version) {
   std::string page = ".\\\" Made by cairn --generate man.\n.TH CAIRN 1 \"\" \"cairn " + number +
                      "\" \"User Commands\"\n.nh\n.ad l\n";
   page += section("name") + "cairn \\- multiresolution point datasets from laser scans\n";
-  page += section("synopsis") + bold(text.program.usage()) + "\n.br\n";
-  for (const CommandText& command : text.commands) page += bold(command.usage()) + "\n.br\n";
+  page += section("synopsis") + bold(text.program.usage()) + "\n";
+  for (const CommandText& command : text.commands) page += ".br\n" + bold(command.usage()) + "\n";
   page += section("description") + literal(text.program.about) + "\n";
   for (const CommandText& command : text.commands)
     page += tag(bold("cairn " + command.name), command.about);

@@ -228,9 +228,10 @@ zpty shell zsh -f -i
 zpty -w shell 'PS1=; PROMPT=; autoload -U compinit; compinit -u -D; source '$1'; stty columns 200; zstyle ":completion:*" list-colors; LISTMAX=1000; unsetopt prompt_sp zle_bracketed_paste; print rea""dy'
 zpty -r shell text '*ready*'
 zpty -w -n shell "$3"$'\t\t'
-for i in {1..30}; do
+quiet=0
+for i in {1..100}; do
   sleep 0.1
-  zpty -r -t shell text && print -rn -- $text
+  if zpty -r -t shell text; then print -rn -- $text; quiet=0; elif [[ $i -gt 10 ]] && (( ++quiet > 5 )); then break; fi
 done
 zpty -d shell
 )zsh";

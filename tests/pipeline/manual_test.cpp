@@ -102,6 +102,11 @@ TEST_F(Declared, HelpKeepsToItsColumns) {
     std::istringstream lines(help_text(go, {}, columns, Paint()));
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), columns) << line;
   }
+  program_.footer(
+      "Examples:\n  cairn go a.las b.las --mode auto --picture \"a long name.png\" -o c.cairn");
+  EXPECT_THAT(help_text(describe_program(program_).program, {}, 50, Paint()),
+              HasSubstr("\n  cairn go a.las b.las --mode auto \\\n"
+                        "      --picture \"a long name.png\" -o c.cairn\n"));
   const std::string help = help_text(go, {}, 80, Paint());
   EXPECT_THAT(help, HasSubstr("\n  -o, --output NAME.cairn  where 'it' goes"));
   EXPECT_THAT(help, HasSubstr("\nStrength:\n      --force               do it\n"));
