@@ -34,16 +34,16 @@ string(REGEX REPLACE ".*\\.so\\.([0-9]+\\.[0-9]+).*" "libpcl-io\\1" pcl_io_packa
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "nodejs, ${pcl_io_package}")
 cairn_package(program cairn science
 "multiresolution point datasets from laser scans
- Cairn turns laser scans, any number of files with more points than memory
- holds, into one dataset that can be drawn on a budget, proved, measured and
- given back: a multi-way kd-tree whose nodes all hold as many points. It reads
- LAS, LAZ, PLY, PCD, PTX and other texts of numbers.")
+Cairn turns laser scans, any number of files with more points than memory
+holds, into one dataset that can be drawn on a budget, proved, measured and
+given back: a multi-way kd-tree whose nodes all hold as many points. It reads
+LAS, LAZ, PLY, PCD, PTX and other texts of numbers.")
 
 set(CPACK_DEBIAN_READER_PACKAGE_DEPENDS "libfmt-dev, liblzo2-dev, libxxhash-dev, libzstd-dev, pkgconf | pkg-config")
 cairn_package(reader libcairn-dev libdevel
 "multiresolution point datasets from laser scans - reading them
- A static C++20 library that opens the datasets of the program cairn, checks
- and decodes their nodes, with its headers and what CMake needs to find it:
- find_package(cairn), target cairn::reader.")
+A static C++20 library that opens the datasets of the program cairn, checks
+and decodes their nodes, with its headers and what CMake needs to find it:
+find_package(cairn), target cairn::reader.")
 
 include(CPack)

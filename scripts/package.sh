@@ -17,11 +17,11 @@ SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || 
 export SOURCE_DATE_EPOCH
 cmake --preset release -B "$place" -DCMAKE_INSTALL_PREFIX=/usr -DCAIRN_TESTS=OFF \
   -DCAIRN_ZSH_FOLDER=share/zsh/vendor-completions >/dev/null
-cmake --build "$place"
+cmake --build "$place" | tail -n 1
 rm -f "$place"/*.deb
 (cd "$place" && cpack >cpack.log) || { cat "$place/cpack.log" >&2; exit 1; }
 ls -l "$place"/*.deb
-lintian --fail-on error,warning --suppress-tags-from-file scripts/debian/lintian-suppressed "$place"/*.deb
+lintian --allow-root --fail-on error,warning --suppress-tags-from-file scripts/debian/lintian-suppressed "$place"/*.deb
 [[ "${1:-}" == --check ]] || exit 0
 
 # --- In a bare Debian -----------------------------------------------------------------------------
@@ -69,8 +69,8 @@ laz=(../shared/data/laz/*.laz)
 [[ ! -f ${laz[0]} ]] || cp "${laz[0]}" "$root/work/scan.laz"
 
 install_there() {
-  in_root apt-get -qq -o APT::Keep-Downloaded-Packages=true install --yes --no-install-recommends "$@" >"$place/apt.log" ||
-    { tail -n 20 "$place/apt.log" >&2; exit 1; }
+  in_root apt-get -qq -o Dpkg::Use-Pty=0 -o APT::Keep-Downloaded-Packages=true \
+    install --yes --no-install-recommends "$@" >"$place/apt.log" 2>&1 || { tail -n 20 "$place/apt.log" >&2; exit 1; }
   cp --update "$root"/var/cache/apt/archives/*.deb "$place/archives/" 2>/dev/null || true
 }
 fail() { printf 'scripts/package.sh: %s\n' "$*" >&2; exit 1; }
@@ -81,10 +81,10 @@ in_root cairn --version
 in_root bash -euc '
   cd /work
   cairn simulate /usr/share/doc/cairn/examples/scenes/statue.toml -o statue --format las --points 200000 --progress none
-  cairn build statue/campaign.toml -o statue.cairn --progress none
+  cairn build statue/campaign.toml -o statue.cairn --progress none >/dev/null
   cairn verify statue.cairn --against statue/campaign.toml --progress none
   cairn info statue.cairn --json | grep --quiet "\"points\":"
-  cairn render statue.cairn -o statue.png
+  cairn render statue.cairn -o statue.png >/dev/null
   gzip -cd /usr/share/man/man1/cairn.1.gz | grep --quiet "^\.TH CAIRN 1"
   zcat /usr/share/doc/cairn/changelog.Debian.gz | head -n 1
   test -s /usr/share/doc/cairn/copyright
@@ -98,7 +98,7 @@ if [[ -e $root/work/scan.laz ]]; then
   grep --quiet "is the package nodejs installed?" "$place/refused" || fail "$(cat "$place/refused")"
   echo "== With Node.js: LAZ"
   install_there nodejs
-  in_root cairn build /work/scan.laz -o /work/scan.cairn --progress none
+  in_root cairn build /work/scan.laz -o /work/scan.cairn --progress none >/dev/null
   in_root cairn verify /work/scan.cairn --against /work/scan.laz --progress none
 fi
 
@@ -112,7 +112,7 @@ in_root bash -euc '
   built/consumer statue.cairn'
 
 echo "== What is left when it is removed"
-in_root apt-get -qq purge --yes cairn libcairn-dev >"$place/apt.log"
+in_root apt-get -qq -o Dpkg::Use-Pty=0 purge --yes cairn libcairn-dev >"$place/apt.log" 2>&1
 ! in_root bash -c 'compgen -G "/usr/*/cairn*" || compgen -G "/usr/share/*/cairn*" || command -v cairn' ||
   fail "files are left"
 echo "Checked."

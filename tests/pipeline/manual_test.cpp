@@ -108,7 +108,7 @@ TEST_F(Declared, HelpKeepsToItsColumns) {
               HasSubstr("\n  cairn go a.las b.las --mode auto \\\n"
                         "      --picture \"a long name.png\" -o c.cairn\n"));
   const std::string help = help_text(go, {}, 80, Paint());
-  EXPECT_THAT(help, HasSubstr("\n  -o, --output NAME.cairn  where 'it' goes"));
+  EXPECT_THAT(help, HasSubstr("\n  -o, --output NAME.cairn   where 'it' goes"));
   EXPECT_THAT(help, HasSubstr("\nStrength:\n      --force               do it\n"));
 }
 
