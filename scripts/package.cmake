@@ -27,11 +27,12 @@ macro(cairn_package component package section description)
   set(CPACK_DEBIAN_${upper}_DESCRIPTION ${description})
 endmacro()
 
-# Node.js runs the decoder of LAZ, which is in the package; PCL's input and output is loaded for compressed PCD.
+# Node.js runs the decoder of LAZ, which is in the package; PCL's input and output is loaded for compressed PCD, EGL for
+# pictures by OpenGL.
 find_library(pcl_io pcl_io REQUIRED)
 file(REAL_PATH ${pcl_io} pcl_io)
 string(REGEX REPLACE ".*\\.so\\.([0-9]+\\.[0-9]+).*" "libpcl-io\\1" pcl_io_package ${pcl_io})
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "nodejs, ${pcl_io_package}")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "nodejs, ${pcl_io_package}, libegl1")
 cairn_package(program cairn science
 "multiresolution point datasets from laser scans
 Cairn turns laser scans, any number of files with more points than memory

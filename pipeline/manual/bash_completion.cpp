@@ -27,7 +27,7 @@ _cairn_folders() {
 }
 
 _cairn() {
-  local current=$2 previous=$3 command='' word
+  local current=$2 previous=$3 command='' flag='' word
   COMPREPLY=()
   # bash takes --flag=value for three words.
   if [[ $current == '=' ]]; then
@@ -36,7 +36,7 @@ _cairn() {
     previous=${COMP_WORDS[COMP_CWORD - 2]}
   fi
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    [[ $word == -* ]] || { command=$word; break; }
+    if [[ $word == -* ]]; then flag=$word; elif [[ -z $command ]]; then command=$word; fi
   done
 )bash";
 
@@ -75,6 +75,15 @@ std::string value_branches(const CommandText& command) {
   return text;
 }
 
+/// "'verify --against' | ...": flags that take all words up to the next one.
+std::string greedy_patterns(const ProgramText& text) {
+  std::vector<std::string> patterns;
+  for (const CommandText& command : text.commands)
+    for (const FlagText& flag : command.flags)
+      if (flag.greedy) patterns.push_back(fmt::format("'{} {}'", command.name, flag.long_name));
+  return fmt::format("{}", fmt::join(patterns, " | "));
+}
+
 /// The branch of a command where a flag or an argument may come.
 std::string command_branch(const CommandText& command,
                            const std::vector<std::string>& instead_of_arguments) {
@@ -96,6 +105,10 @@ std::string command_branch(const CommandText& command,
 
 std::string bash_completion(const ProgramText& text) {
   std::string out = kFunctions;
+  if (const std::string patterns = greedy_patterns(text); !patterns.empty())
+    out += fmt::format(
+        "  case \"$command $flag\" in {}) [[ $current == -* ]] || previous=$flag ;; esac\n",
+        patterns);
   out += "  case \"$command $previous\" in\n" + value_branches(text.program);
   for (const CommandText& command : text.commands) out += value_branches(command);
   out += "  esac\n  case $command in\n";

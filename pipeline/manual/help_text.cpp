@@ -113,14 +113,14 @@ class Help {
 
 void flag_row(Help& help, const FlagText& flag) {
   if (flag.is_argument()) {
-    help.row(flag.placeholder, flag.repeatable ? "..." : "", flag.help, kFlagColumns);
+    help.row(flag.value(), "", flag.help, kFlagColumns);
     return;
   }
   // Long names stand below each other.
   const std::string name = flag.short_name.empty()  ? "    " + flag.long_name
                            : flag.long_name.empty() ? flag.short_name
                                                     : flag.short_name + ", " + flag.long_name;
-  help.row(name, flag.placeholder.empty() ? "" : " " + flag.placeholder, flag.help, kFlagColumns);
+  help.row(name, flag.placeholder.empty() ? "" : " " + flag.value(), flag.help, kFlagColumns);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "pipeline/manual/man_page.h"
 
 #include <algorithm>
+#include <cctype>
 
 namespace cairn::pipeline {
 namespace {
@@ -43,12 +44,11 @@ std::string tag(const std::string& name, const std::string& meaning) {
 }
 
 std::string flag_tag(const FlagText& flag) {
-  if (flag.is_argument())
-    return tag(italic(flag.placeholder) + (flag.repeatable ? "..." : ""), flag.help);
+  if (flag.is_argument()) return tag(italic(flag.value()), flag.help);
   std::string names;
   for (const std::string& name : {flag.short_name, flag.long_name})
     if (!name.empty()) names += (names.empty() ? "" : ", ") + bold(name);
-  if (!flag.placeholder.empty()) names += " " + italic(flag.placeholder);
+  if (!flag.placeholder.empty()) names += " " + italic(flag.value());
   return tag(names, flag.help);
 }
 

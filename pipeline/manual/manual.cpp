@@ -71,6 +71,7 @@ FlagText describe(const CLI::Option& option) {
   if (flag.placeholder.empty()) flag.placeholder = "VALUE";
   flag.kind = ValueKind::kText;
   flag.repeatable = option.get_items_expected_max() > 1;
+  flag.greedy = flag.repeatable && !flag.is_argument() && option.get_allow_extra_args();
   for (const std::string& part : split(flag.placeholder, "|")) take_placeholder(part, flag);
   for (const std::string& word : checked_words(option.get_type_name()))
     if (std::find(flag.words.begin(), flag.words.end(), word) == flag.words.end())
@@ -98,10 +99,8 @@ std::vector<Paragraph> paragraphs_of(const std::string& text) {
 
 }  // namespace
 
-std::string FlagText::names() const {
-  if (is_argument()) return placeholder;
-  if (short_name.empty() || long_name.empty()) return short_name + long_name;
-  return short_name + "," + long_name;
+std::string FlagText::value() const {
+  return greedy || (is_argument() && repeatable) ? placeholder + "..." : placeholder;
 }
 
 std::vector<std::string> CommandText::groups() const {
@@ -116,12 +115,11 @@ std::string CommandText::usage() const {
   std::string text = name.empty() ? "cairn [OPTIONS] COMMAND" : "cairn " + name + " [OPTIONS]";
   for (const FlagText& flag : flags)
     if (flag.is_argument())
-      text += (flag.required ? " " : " [") + flag.placeholder + (flag.repeatable ? "..." : "") +
-              (flag.required ? "" : "]");
+      text += (flag.required ? " " : " [") + flag.value() + (flag.required ? "" : "]");
   for (const FlagText& flag : flags)
     if (!flag.is_argument() && flag.required)
-      text += " " + (flag.short_name.empty() ? flag.long_name : flag.short_name) + " " +
-              flag.placeholder;
+      text +=
+          " " + (flag.short_name.empty() ? flag.long_name : flag.short_name) + " " + flag.value();
   return text;
 }
 

@@ -33,10 +33,11 @@ struct FlagText {
   std::vector<std::string> suffixes;  ///< of kFile, with their dots
   bool required = false;
   bool repeatable = false;
+  bool greedy = false;  ///< a flag that takes all words up to the next flag
 
   bool is_argument() const { return short_name.empty() && long_name.empty(); }
-  /// "-o,--output", or the placeholder of an argument.
-  std::string names() const;
+  /// "NAME.cairn", or "SCANS..." of which there may be several.
+  std::string value() const;
 };
 
 /// Lines that belong together.

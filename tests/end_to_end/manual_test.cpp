@@ -14,7 +14,6 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::IsSupersetOf;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
@@ -175,6 +174,7 @@ TEST_F(Manual, BashOffersWordsFlagsAndFiles) {
   EXPECT_THAT(bash({"render", "site.cairn", "--mode", ""}), ElementsAre("cpu", "gl"));
   EXPECT_THAT(bash({"view", "--color", "cl"}), ElementsAre("classification"));
   EXPECT_THAT(bash({"verify", "--against", "a.las", "--thr"}), ElementsAre("--threads"));
+  EXPECT_THAT(bash({"verify", "site.cairn", "--against", "a.las", "b"}), ElementsAre("b.LAZ"));
   // Scans by any spelling of their suffix, folders on the way to others, and nothing else.
   EXPECT_THAT(bash({"build", ""}),
               UnorderedElementsAre("a.las", "b.LAZ", "c d.ply", "walk.toml", "site.cairn"));

@@ -83,12 +83,13 @@ TEST_F(Declared, IsToldAsData) {
   EXPECT_EQ(go.flags[1].kind, ValueKind::kFile);
   EXPECT_TRUE(go.flags[1].is_argument() && go.flags[1].repeatable);
   EXPECT_THAT(go.flags[1].suffixes, ::testing::Contains(".laz"));
-  EXPECT_EQ(go.flags[2].names(), "-o,--output");
+  EXPECT_EQ(go.flags[2].short_name + go.flags[2].long_name, "-o--output");
   EXPECT_EQ(go.flags[2].kind, ValueKind::kDataset);
   EXPECT_TRUE(go.flags[2].required);
   EXPECT_THAT(go.flags[3].words, ElementsAre("a", "auto", "off"));
   EXPECT_THAT(go.flags[4].suffixes, ElementsAre(".png"));
-  EXPECT_TRUE(go.flags[5].repeatable);
+  EXPECT_TRUE(go.flags[5].repeatable && !go.flags[5].greedy);
+  EXPECT_EQ(go.flags[1].value(), "SCANS...");
   EXPECT_EQ(go.flags[6].kind, ValueKind::kNone);
   const auto& details = text.program.details;
   ASSERT_EQ(details.size(), 4U);
