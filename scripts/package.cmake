@@ -47,4 +47,5 @@ A static C++20 library that opens the datasets of the program cairn, checks
 and decodes their nodes, with its headers and what CMake needs to find it:
 find_package(cairn), target cairn::reader.")
 
+# A further component needs one more call, before this.
 include(CPack)
