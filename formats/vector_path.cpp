@@ -32,4 +32,16 @@ VectorPath vector_path() {
   return path;
 }
 
+std::string_view name_of(VectorPath path) {
+  switch (path) {
+    case VectorPath::kAvx512:
+      return "avx512";
+    case VectorPath::kAvx2:
+      return "avx2";
+    case VectorPath::kPortable:
+      break;
+  }
+  return "portable";
+}
+
 }  // namespace cairn::formats

@@ -2,6 +2,7 @@
 // operations are the same on each path, and none is fused, so that results are, too.
 #pragma once
 
+#include <string_view>
 #include <utility>
 
 namespace cairn::formats {
@@ -11,6 +12,8 @@ enum class VectorPath { kPortable, kAvx2, kAvx512 };
 /// The best that this processor has; or that which the variable CAIRN_VECTOR_PATH of the environment names ("portable",
 /// "avx2", "avx512") if it has that. The same in all of a run.
 VectorPath vector_path();
+/// As in CAIRN_VECTOR_PATH.
+std::string_view name_of(VectorPath path);
 
 namespace detail {
 

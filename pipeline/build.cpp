@@ -22,6 +22,7 @@
 #include "pipeline/journal.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/run_record.h"
+#include "pipeline/scan_facts.h"
 #include "pipeline/stage_clock.h"
 #include "pipeline/stage_options.h"
 #include "pipeline/workspace.h"
@@ -135,8 +136,10 @@ class Build {
   void run_stages() {
     stages::Scans scans = open();
     tell_uncounted_records(scans);
+    if (options_.crs.empty() && !options_.mixed_crs) require_one_crs(scans);
     const stages::ImportOptions import = import_options(options_, scans);
     const stages::CampaignSize size = stages::campaign_size(scans, import);
+    tell_lost_details(scans, size.schema);
     require_room_for_estimates(options_, size.schema);
     if (options_.filter.balance_exposure) stages::require_balanced_column(size.schema);
     require_disk(workspace_, journal_, options_, size, import.number_scans);
@@ -146,8 +149,9 @@ class Build {
       input_bytes_ += std::filesystem::file_size(path);
 
     stages::ImportedPoints imported = stages::import_scans(scans, import, context_);
-    formats::MetadataExtras extras = make_extras(options_, scans, imported.ledger);
+    formats::MetadataExtras extras = make_extras(options_, scans, imported.schema, imported.ledger);
     tell_lost_detail(scans, imported);
+    tell_dark_scans(scans, imported.schema, imported.ledger);
     const Sensors sensors = sensors_of(scans);
     const bool numbered = estimates_by_scan(options_, scans);
     scans.clear();  // and with them their worker processes

@@ -17,6 +17,7 @@ struct BuildOptions {
   CampaignOptions campaign;
   std::filesystem::path output;         ///< NAME.cairn
   std::string crs;                      ///< "EPSG:n" or WKT; empty: what the scans tell
+  bool mixed_crs = false;               ///< take scans of different systems as they are
   std::optional<std::uint32_t> fanout;  ///< N; none: auto
   std::uint64_t node_points = 65536;    ///< s
   std::optional<std::uint32_t> grid;    ///< K; none: auto

@@ -9,6 +9,7 @@
 
 #include "formats/error.h"
 #include "formats/scans/crs.h"
+#include "pipeline/scan_facts.h"
 #include "pipeline/stage_options.h"
 
 namespace cairn::pipeline {
@@ -96,8 +97,11 @@ formats::DatasetHeader make_header(const BuildOptions& options,
 }
 
 formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
+                                    const formats::Schema& schema,
                                     const std::vector<stages::ScanLedger>& ledger) {
   formats::MetadataExtras extras;
+  extras.details = common_details(scans, schema);
+  extras.color_bits = color_bits_of(scans, schema, ledger);
   using Json = nlohmann::json;
   const auto text = [](const Json& value) { return value.dump(); };
   const auto number = [](auto value) {

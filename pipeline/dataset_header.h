@@ -16,8 +16,9 @@ formats::DatasetHeader make_header(const BuildOptions& options,
                                    const stages::ImportedPoints& imported,
                                    const formats::Tree& tree);
 
-/// `ledger`: one for each of the scans, in their order. The roundings are not known yet.
+/// `schema`: of the campaign; `ledger`: one for each of the scans, in their order. The roundings are not known yet.
 formats::MetadataExtras make_extras(const BuildOptions& options, const stages::Scans& scans,
+                                    const formats::Schema& schema,
                                     const std::vector<stages::ScanLedger>& ledger);
 
 }  // namespace cairn::pipeline

@@ -83,6 +83,8 @@ std::string schema_lines(const Json& json) {
     if (const auto n = whole_number(attribute.at("components")); n > 1)
       words.back() += fmt::format(" x {}", n);
     if (attribute.value("estimated", false)) words.back() += " (estimated)";
+    if (attribute.contains("bits"))
+      words.back() += fmt::format(" of {} bits", whole_number(attribute.at("bits")));
   }
   return wrapped_line("attributes", words);
 }

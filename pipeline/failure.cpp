@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/human.h"
+#include "pipeline/terminal.h"
 
 namespace cairn::pipeline {
 
@@ -15,7 +16,11 @@ using formats::ErrorKind;
 namespace {
 
 void tell(const char* kind, std::string text) {
-  const std::string line = std::string("cairn: ") + kind + ": " + printable(std::move(text)) + "\n";
+  const Paint paint = Paint::for_stderr();
+  const std::string head = std::string("cairn: ") + kind + ":";
+  const std::string line =
+      (std::string_view(kind) == "error" ? paint.bad(head) : paint.doubtful(head)) + " " +
+      printable(std::move(text)) + "\n";
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 

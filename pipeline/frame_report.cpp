@@ -41,6 +41,29 @@ Json facts_json(const PictureFacts& facts, const viewer::FramePlan& plan) {
           {"sections", facts.sections}};
 }
 
+Json network_json(const NetworkFacts& facts) {
+  const formats::AccessStatistics& access = facts.access;
+  return {{"requests", access.requests},
+          {"retries", access.retries},
+          {"fetched_bytes", access.fetched_bytes},
+          {"gap_bytes", access.gap_bytes},
+          {"repeated_bytes", access.repeated_bytes},
+          {"cache_hits", access.cache_hits},
+          {"cache_bytes", access.cache_bytes},
+          {"drawn_bytes", facts.drawn_bytes},
+          {"first_picture_s", facts.first_picture_s},
+          {"full_front_s", facts.full_front_s ? Json(*facts.full_front_s) : Json(nullptr)}};
+}
+
+std::string network_text(const NetworkFacts& facts) {
+  return fmt::format(
+      "  network  {} in {}, {}; {} kept from before; first picture after {:.2f} s{}\n",
+      human_bytes(facts.access.fetched_bytes), count_of(facts.access.requests, "request"),
+      fmt::format("{} {}", facts.access.retries, facts.access.retries == 1 ? "retry" : "retries"),
+      human_bytes(facts.access.cache_bytes), facts.first_picture_s,
+      facts.full_front_s ? fmt::format(", all of it after {:.2f} s", *facts.full_front_s) : "");
+}
+
 /// The value below which this share of them lies. Requires values.
 double quantile(std::vector<double> values, double share) {
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -70,12 +93,14 @@ std::string frame_json(const FrameStatistics& frame, const PictureFacts& facts) 
       {"forced_loads", frame.forced_loads},
       {"hits", frame.hits},
       {"damaged", frame.damaged},
+      {"unreachable", frame.unreachable},
       {"culled",
        {{"outside", frame.outside}, {"facing_away", frame.facing_away}, {"hidden", frame.hidden}}},
       {"select_ms", frame.select_ms},
       {"draw_ms", frame.draw_ms},
       {"camera", camera_json(facts.view.camera())}};
   json.update(facts_json(facts, frame.plan));
+  if (facts.network) json["network"] = network_json(*facts.network);
   return json.dump() + "\n";
 }
 
@@ -99,23 +124,32 @@ std::string frame_text(const FrameStatistics& frame, const PictureFacts& facts) 
   if (frame.damaged > 0)
     text += fmt::format("  damaged  {}, drawn by what stands for them\n",
                         count_of(frame.damaged, "node"));
+  if (frame.unreachable > 0)
+    text +=
+        fmt::format("  missing  {} that the network did not bring, drawn by what stands for them\n",
+                    count_of(frame.unreachable, "node"));
+  if (facts.network) text += network_text(*facts.network);
   return text;
 }
 
-void WalkReport::add(double time_s, const FrameStatistics& frame) {
-  rows_.push_back({time_s, frame});
+void WalkReport::add(double time_s, const FrameStatistics& frame, double elapsed_s,
+                     std::uint64_t fetched_bytes) {
+  rows_.push_back({time_s, frame, elapsed_s, fetched_bytes});
 }
 
 std::string WalkReport::csv() const {
   std::string text =
       "frame,time_s,points,nodes,loads,forced_loads,hits,missing,finest,pixel_bound,select_ms,draw_"
-      "ms\n";
+      "ms";
+  text += network_ ? ",elapsed_s,fetched_bytes\n" : "\n";
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const FrameStatistics& frame = rows_[i].frame;
-    text += fmt::format("{},{:.4f},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f}\n", i, rows_[i].time_s,
+    text += fmt::format("{},{:.4f},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f}", i, rows_[i].time_s,
                         frame.points, frame.nodes, frame.loads, frame.forced_loads, frame.hits,
                         frame.missing, frame.finest ? 1 : 0, frame.pixel_bound, frame.select_ms,
                         frame.draw_ms);
+    if (network_) text += fmt::format(",{:.4f},{}", rows_[i].elapsed_s, rows_[i].fetched_bytes);
+    text += '\n';
   }
   return text;
 }
@@ -126,7 +160,7 @@ std::string WalkReport::summary_text(const PictureFacts& facts) const {
     return fmt::format(fmt::runtime(format), json[key]["least"].get<double>(),
                        json[key]["median"].get<double>(), json[key]["greatest"].get<double>());
   };
-  return fmt::format(
+  std::string text = fmt::format(
       "  frames   {}, {} nodes read, {} of them waited for, {} hits, {} frames stood in for\n"
       "  points   {}\n"
       "  select   {}\n"
@@ -136,6 +170,8 @@ std::string WalkReport::summary_text(const PictureFacts& facts) const {
       spread("points", "{:.0f} least, {:.0f} median, {:.0f} greatest"),
       spread("select_ms", "{:.2f} ms least, {:.2f} median, {:.2f} greatest"),
       spread("draw_ms", "{:.1f} ms least, {:.1f} median, {:.1f} greatest"), facts.mode);
+  if (facts.network) text += network_text(*facts.network);
+  return text;
 }
 
 std::string WalkReport::summary_json(const PictureFacts& facts) const {
@@ -163,6 +199,7 @@ std::string WalkReport::summary_json(const PictureFacts& facts) const {
       {"frames_stood_in", sum([](const FrameStatistics& f) { return f.missing > 0 ? 1u : 0u; })},
       {"damaged", rows_.back().frame.damaged}};
   json.update(facts_json(facts, rows_.back().frame.plan));
+  if (facts.network) json["network"] = network_json(*facts.network);
   return json.dump() + "\n";
 }
 

@@ -2,12 +2,23 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/access/access_options.h"
 #include "viewer/scene.h"
 
 namespace cairn::pipeline {
+
+/// What pictures of a dataset behind a network took. Times are from before it was opened.
+struct NetworkFacts {
+  formats::AccessStatistics access;
+  std::uint64_t drawn_bytes =
+      0;  ///< of the index, and of what is read of each node that was drawn in any frame
+  double first_picture_s = 0;            ///< something was drawn
+  std::optional<double> full_front_s{};  ///< nothing was missing for the first time
+};
 
 /// How a picture came about, beside the frame itself.
 struct PictureFacts {
@@ -15,6 +26,7 @@ struct PictureFacts {
   viewer::View view;
   std::vector<std::string> sections;  ///< that are read of a node
   std::uint64_t frames = 1;           ///< drawn so far, with this one
+  std::optional<NetworkFacts> network{};
 };
 
 /// {"eye": [x, y, z], "target": ..., "up": ..., "fov": degrees}
@@ -27,7 +39,12 @@ std::string frame_text(const viewer::FrameStatistics& frame, const PictureFacts&
 /// The frames of a camera path.
 class WalkReport {
  public:
-  void add(double time_s, const viewer::FrameStatistics& frame);
+  /// `network`: the table tells, too, when each frame was drawn and what had been fetched until then.
+  explicit WalkReport(bool network) : network_(network) {}
+
+  /// `elapsed_s`, `fetched_bytes`: since before the dataset was opened.
+  void add(double time_s, const viewer::FrameStatistics& frame, double elapsed_s,
+           std::uint64_t fetched_bytes);
   /// A line of names and one a frame, comma-separated.
   std::string csv() const;
   std::string summary_text(const PictureFacts& facts) const;
@@ -38,7 +55,10 @@ class WalkReport {
   struct Row {
     double time_s;
     viewer::FrameStatistics frame;
+    double elapsed_s;
+    std::uint64_t fetched_bytes;
   };
+  bool network_;
   std::vector<Row> rows_;
 };
 

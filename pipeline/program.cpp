@@ -17,9 +17,15 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/vector_path.h"
 #include "pipeline/commands/command.h"
+#include "pipeline/commands/results.h"
 #include "pipeline/compiled_in.h"
 #include "pipeline/failure.h"
+#include "pipeline/manual/completion.h"
+#include "pipeline/manual/help_text.h"
+#include "pipeline/manual/man_page.h"
+#include "pipeline/settings.h"
 #include "pipeline/signal_watch.h"
 #include "pipeline/words.h"
 #include "stages/parallel.h"
@@ -28,8 +34,7 @@ namespace cairn::pipeline {
 namespace {
 
 constexpr const char* kAbout =
-    "cairn turns laser scans into a multiresolution point dataset that can be proved and given "
-    "back.";
+    "Turn laser scans into a multiresolution point dataset that can be proved and given back.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  cairn build scan1.las scan2.ply -o site.cairn\n"
@@ -43,7 +48,8 @@ constexpr const char* kFooter =
     "  cairn view site.cairn\n"
     "  cairn simulate configs/scenes/statue.toml -o statue\n"
     "\n"
-    "'cairn COMMAND --help' tells the flags of a command.\n"
+    "'cairn COMMAND --help' tells the flags of a command, 'man cairn' all of them.\n"
+    "\n"
     "Exit codes: 0 done, 1 nothing to recommend, 2 usage, 3 bad input, 4 system (disk, memory, "
     "permission),\n"
     "5 a broken promise of a dataset, 128 + signal if stopped by one.";
@@ -81,10 +87,12 @@ int fail_without_command(const CLI::App& program) {
               formats::ErrorKind::kUsage);
 }
 
-/// Help and version are answers, all else of the parser's exceptions is a wrong command line.
+/// Help is an answer, all else of the parser's exceptions is a wrong command line.
 int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
-    return program.exit(error);
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+    print_results(program.help());
+    return 0;
+  }
   const auto chosen = program.get_subcommands();
   if (chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
     return fail_without_command(program);
@@ -93,14 +101,50 @@ int report_parsing(const CLI::App& program, const CLI::ParseError& error) {
               formats::ErrorKind::kUsage);
 }
 
+std::string generated(const CLI::App& program, const std::string& what) {
+  const ProgramText text = describe_program(program);
+  if (what == "bash") return bash_completion(text);
+  if (what == "zsh") return zsh_completion(text);
+  if (what == "fish") return fish_completion(text);
+  return man_page(text, program_version());
+}
+
+/// What the program itself answers, without a command.
+struct Answer {
+  std::string text;
+};
+
+std::string version_text() {
+  return fmt::format(
+      "cairn {}\n"
+      "codecs {}; vector instructions {}\n"
+      "GPL-3.0-or-later\n",
+      program_version(), find_setting("codec")->allowed, formats::name_of(formats::vector_path()));
+}
+
+/// Declares what the program has itself. Commands take over how help is told.
+void declare_program(CLI::App& program) {
+  program.footer(kFooter);
+  program.formatter_fn([](const CLI::App* app, const std::string&, CLI::AppFormatMode) {
+    const ProgramText text = describe_program(*app);
+    return help_text(text.program, text.commands, help_columns(), Paint::for_stdout());
+  });
+  program.set_help_flag("-h,--help", "print this help and leave");
+  program.add_flag_callback(
+      "--version", [] { throw Answer{version_text()}; }, "print the version and leave");
+  program
+      .add_option_function<std::string>(
+          "--generate",
+          [&program](const std::string& what) { throw Answer{generated(program, what)}; },
+          "print the manual page, or what a shell sources to complete the command line, and leave")
+      ->option_text("man|bash|zsh|fish")
+      ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
+  program.require_subcommand(1);
+}
+
 int parse_and_run(int argc, char** argv) {
   CLI::App program(kAbout, "cairn");
-  program.footer(kFooter);
-  program.set_version_flag("--version", "cairn " + std::string(program_version()),
-                           "print the version and leave");
-  program.set_help_flag("-h,--help", "print this help and leave");
-  program.get_formatter()->column_width(30);
-  program.require_subcommand(1);
+  declare_program(program);
   const std::array<std::unique_ptr<Command>, 10> commands{
       make_build_command(program),   make_info_command(program),    make_verify_command(program),
       make_report_command(program),  make_measure_command(program), make_study_command(program),
@@ -108,6 +152,9 @@ int parse_and_run(int argc, char** argv) {
       make_simulate_command(program)};
   try {
     program.parse(argc, argv);
+  } catch (const Answer& answer) {
+    print_results(answer.text);
+    return 0;
   } catch (const CLI::ParseError& error) {
     return report_parsing(program, error);
   }

@@ -1,6 +1,5 @@
 #include "pipeline/progress.h"
 
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,13 +7,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
-#include <cstdlib>
 #include <mutex>
 #include <stop_token>
 #include <string>
 #include <thread>
 
 #include "pipeline/progress_lines.h"
+#include "pipeline/terminal.h"
 
 namespace cairn::pipeline {
 namespace {
@@ -23,11 +22,6 @@ using Clock = std::chrono::steady_clock;
 
 /// One write a line, so that lines of two threads never mix.
 void write_stderr(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stderr); }
-
-unsigned terminal_columns() {
-  winsize size{};
-  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
 
 /// What differs between the ways of showing.
 class View {
@@ -46,7 +40,7 @@ class BarView : public View {
   std::chrono::milliseconds interval() const override { return std::chrono::milliseconds(100); }
   void begin(const ProgressState&) override { drawn_ = false; }
   void look(const ProgressState& state) override {
-    write_stderr("\r" + bar_line(state, terminal_columns() - 1) + "\x1b[K");
+    write_stderr("\r" + bar_line(state, terminal_columns(STDERR_FILENO, 80) - 1) + "\x1b[K");
     drawn_ = true;
   }
   void end(const ProgressState& state) override {
@@ -155,13 +149,6 @@ class Display : public stages::ProgressSink {
   std::jthread drawer_;  // last: it uses all of the above
 };
 
-/// A terminal that can redraw a line.
-bool can_draw_bar() {
-  const char* terminal = std::getenv("TERM");
-  return ::isatty(STDERR_FILENO) == 1 && terminal != nullptr &&
-         std::string_view(terminal) != "dumb";
-}
-
 }  // namespace
 
 std::optional<ProgressMode> progress_mode_named(std::string_view name) {
@@ -173,7 +160,7 @@ std::optional<ProgressMode> progress_mode_named(std::string_view name) {
 std::unique_ptr<stages::ProgressSink> make_progress(
     ProgressMode mode, std::optional<std::chrono::milliseconds> interval) {
   if (mode == ProgressMode::kAuto)
-    mode = can_draw_bar() ? ProgressMode::kBar : ProgressMode::kPlain;
+    mode = is_capable_terminal(STDERR_FILENO) ? ProgressMode::kBar : ProgressMode::kPlain;
   switch (mode) {
     case ProgressMode::kBar:
       return std::make_unique<Display>(std::make_unique<BarView>(), interval);

@@ -61,13 +61,11 @@ std::string plain_line(const ProgressState& state) {
 }
 
 std::string json_line(const ProgressState& state, const char* event) {
-  nlohmann::ordered_json line{{"event", event},
-                              {"stage", state.stage},
-                              {"points", state.done},
-                              {"total_points", state.total},
-                              {"share", state.share()},
-                              {"elapsed_s", state.elapsed_s},
-                              {"points_per_s", state.points_per_s()}};
+  nlohmann::ordered_json line{
+      {"version", kProgressVersion},  {"event", event},
+      {"stage", state.stage},         {"points", state.done},
+      {"total_points", state.total},  {"share", state.share()},
+      {"elapsed_s", state.elapsed_s}, {"points_per_s", state.points_per_s()}};
   line["left_s"] =
       state.left_s() ? nlohmann::ordered_json(*state.left_s()) : nlohmann::ordered_json(nullptr);
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

@@ -26,7 +26,9 @@ struct ProgressState {
 std::string bar_line(const ProgressState& state, unsigned columns);
 /// "split: 42%, 8,400,000 of 20,000,000 points, 11.8 M points/s, 0:07 left", or how it ended.
 std::string plain_line(const ProgressState& state);
-/// {"event":"progress","stage":"split",...}; `event` is "begin", "progress" or "end".
+/// Of the lines below: grows when a field goes or changes its meaning, not when one is added. README.md tells them.
+inline constexpr int kProgressVersion = 1;
+/// {"version":1,"event":"progress","stage":"split",...}; `event` is "begin", "progress" or "end".
 std::string json_line(const ProgressState& state, const char* event);
 
 }  // namespace cairn::pipeline

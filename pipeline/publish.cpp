@@ -14,6 +14,7 @@
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
 #include "formats/file_names.h"
+#include "formats/random_access_file.h"
 #include "pipeline/run_record.h"
 
 namespace cairn::pipeline {

@@ -7,6 +7,7 @@
 #include "formats/dataset/metadata.h"
 #include "formats/file_names.h"
 #include "formats/scans/crs.h"
+#include "formats/scans/crs_facts.h"
 #include "pipeline/dataset_report.h"
 #include "pipeline/human.h"
 #include "pipeline/json_number.h"
@@ -166,6 +167,19 @@ std::string crs_text(const formats::DatasetReader& dataset, const std::filesyste
   return printable(formats::crs_name(records));
 }
 
+/// Of the coordinate system, as far as it tells them.
+std::string units_text(const formats::DatasetReader& dataset) {
+  std::vector<formats::VariableLengthRecord> records;
+  if (formats::read_metadata_crs(dataset.metadata(), records)) return "";
+  const formats::CrsFacts facts = formats::crs_facts(records);
+  std::string text;
+  if (facts.geographic == true) text += ", degrees";
+  if (facts.unit_m) text += ", in units of a " + formats::unit_name(*facts.unit_m);
+  if (facts.vertical_unit_m && facts.vertical_unit_m != facts.unit_m)
+    text += ", heights in units of a " + formats::unit_name(*facts.vertical_unit_m);
+  return text;
+}
+
 std::string source_crs_text(const Json& source, const std::string& crs) {
   if (source.contains("replaced_crs")) return "its coordinate system is replaced by " + crs;
   return source.at("crs").empty() ? "no coordinate system" : "with a coordinate system";
@@ -249,7 +263,10 @@ std::string quality_text(const formats::DatasetReader& dataset, const std::files
       with_commas(whole_number(report.at("dropped"))),
       with_commas(whole_number(report.at("missing"))));
   const std::string crs = crs_text(dataset, folder);
-  text += fmt::format("  coordinate system: {}\n", crs.empty() ? "none" : crs);
+  text +=
+      fmt::format("  coordinate system: {}{}\n", crs.empty() ? "none" : crs, units_text(dataset));
+  if (const auto bits = formats::read_metadata_color_bits(dataset.metadata()))
+    text += fmt::format("  colors: of {} bits in fields of 16\n", *bits);
   text += nodes_table(levels) + errors_table(levels) + numerics_text(report.at("numerics")) +
           bytes_table(levels, section_names(dataset.header())) + ledger_table(report, crs);
   return run ? text + run_table(*run) : text;

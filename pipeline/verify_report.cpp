@@ -21,9 +21,11 @@ constexpr const char* kPromises[stages::kInvariants] = {
     "splats, times the recorded factor, cover what they stand for",
 };
 
-std::string state_of(const InvariantReport& invariant) {
-  if (!invariant.held()) return "BROKEN";
-  return invariant.checks == 0 ? "not checked" : "held";
+/// Filled to the width of its column.
+std::string state_of(const InvariantReport& invariant, const Paint& paint) {
+  if (!invariant.held()) return paint.bad("BROKEN      ");
+  if (invariant.checks == 0) return paint.doubtful("not checked ");
+  return paint.good("held        ");
 }
 
 std::string violation_line(const stages::Violation& v) {
@@ -31,9 +33,10 @@ std::string violation_line(const stages::Violation& v) {
                      printable(v.what), printable(v.found), printable(v.expected));
 }
 
-std::string invariant_lines(Invariant name, const InvariantReport& invariant) {
-  std::string text = fmt::format("  {:<13} {:<12} {}\n", stages::name_of(name), state_of(invariant),
-                                 kPromises[static_cast<std::size_t>(name)]);
+std::string invariant_lines(Invariant name, const InvariantReport& invariant, const Paint& paint) {
+  std::string text =
+      fmt::format("  {:<13} {} {}\n", stages::name_of(name), state_of(invariant, paint),
+                  kPromises[static_cast<std::size_t>(name)]);
   if (!invariant.held())
     text += fmt::format("      {} of {} failed; the first:\n", with_commas(invariant.violations),
                         count_of(invariant.checks, "check"));
@@ -57,18 +60,19 @@ Json invariant_json(Invariant name, const InvariantReport& invariant) {
 
 }  // namespace
 
-std::string verify_text(const stages::VerifyReport& report, const std::filesystem::path& folder) {
+std::string verify_text(const stages::VerifyReport& report, const std::filesystem::path& folder,
+                        const Paint& paint) {
   std::uint64_t checks = 0;
   std::string rows;
   for (std::size_t i = 0; i < stages::kInvariants; ++i) {
     checks += report.invariants[i].checks;
-    rows += invariant_lines(static_cast<Invariant>(i), report.invariants[i]);
+    rows += invariant_lines(static_cast<Invariant>(i), report.invariants[i], paint);
   }
-  return fmt::format(
-      "{}\n  {}, {}, {} read; {}\n\n{}\n  {}\n", printable(folder.string()),
-      count_of(report.nodes, "node"), count_of(report.points, "stored point"),
-      human_bytes(report.bytes), count_of(checks, "check"), rows,
-      report.held() ? "Every checked promise holds." : "The dataset breaks its promises.");
+  return fmt::format("{}\n  {}, {}, {} read; {}\n\n{}\n  {}\n", printable(folder.string()),
+                     count_of(report.nodes, "node"), count_of(report.points, "stored point"),
+                     human_bytes(report.bytes), count_of(checks, "check"), rows,
+                     report.held() ? paint.good("Every checked promise holds.")
+                                   : paint.bad("The dataset breaks its promises."));
 }
 
 std::string verify_json(const stages::VerifyReport& report) {

@@ -4,12 +4,14 @@
 #include <filesystem>
 #include <string>
 
+#include "pipeline/terminal.h"
 #include "stages/verify/verify.h"
 
 namespace cairn::pipeline {
 
 /// An invariant a line: held, not checked and why, or BROKEN with the first failures.
-std::string verify_text(const stages::VerifyReport& report, const std::filesystem::path& folder);
+std::string verify_text(const stages::VerifyReport& report, const std::filesystem::path& folder,
+                        const Paint& paint = {});
 
 /// {"held": ..., "invariants": [{"name": ..., "held": ..., "checks": ..., ...}], ...}
 std::string verify_json(const stages::VerifyReport& report);

@@ -32,18 +32,20 @@ BLUE, ORANGE, GREEN, RED, GREY = "#31688e", "#e08214", "#35b779", "#b2182b", "#9
 
 COLUMNS = ("frame", "time_s", "points", "nodes", "loads", "forced_loads", "hits", "missing", "finest", "pixel_bound",
            "select_ms", "draw_ms")
+OVER_A_NETWORK = ("elapsed_s", "fetched_bytes")  # behind these, and not shown
 
 
 def read_rows(file):
     """One list of numbers a column. Raises ValueError, naming the line, for what is no such table."""
     lines = [(number, line) for number, line in enumerate(file, start=1) if line.strip() and not line.startswith("#")]
-    if not lines or next(csv.reader([lines[0][1].strip()])) != list(COLUMNS):
+    names = next(csv.reader([lines[0][1].strip()])) if lines else []
+    if names not in (list(COLUMNS), list(COLUMNS + OVER_A_NETWORK)):
         raise ValueError(f"line {lines[0][0] if lines else 1}: expected the header {','.join(COLUMNS)}")
     columns = {name: [] for name in COLUMNS}
     for number, line in lines[1:]:
         values = next(csv.reader([line.strip()]))
-        if len(values) != len(COLUMNS):
-            raise ValueError(f"line {number}: found {len(values)} values, expected {len(COLUMNS)}")
+        if len(values) != len(names):
+            raise ValueError(f"line {number}: found {len(values)} values, expected {len(names)}")
         for name, text in zip(COLUMNS, values):
             try:
                 value = float(text)

@@ -20,6 +20,8 @@ struct ScanLedger {
       0;                      ///< records that hold no point, such as empty cells of a gridded scan
   std::uint64_t removed = 0;  ///< points that effects have removed
   formats::GridBox box;       ///< tight box of the kept points
+  std::uint16_t brightest =
+      0;  ///< the largest value of its colors, as the scan has them; 0 without
   /// World units: how far neighbouring numbers of the scan's encoding lie apart at its farthest point, the most of any axis.
   double precision = 0;
   std::uint64_t dropped() const { return read - kept; }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
+#include "formats/dataset/read_ahead.h"
 
 namespace cairn::stages {
 
@@ -16,13 +17,18 @@ formats::Level level_of_subtrees(const formats::Tree& tree);
 /// The nodes from the root to `node`, both included.
 std::vector<formats::NodeId> nodes_down_to(const formats::Tree& tree, formats::NodeId node);
 
+/// These, and then all below `node` in the order in which a walk meets them, parents first.
+std::vector<formats::NodeId> nodes_of_walk(const formats::Tree& tree, formats::NodeId node);
+
 /// No decoded point of the node is farther, in world units, than this from where it was before it was quantised.
 double displacement_of(const formats::DatasetReader& dataset, formats::NodeId id);
 
 class NodePath {
  public:
-  /// `dataset` must outlive the path. Reads the sections `wanted`, and the representatives.
-  NodePath(const formats::DatasetReader& dataset, const formats::SectionSet& wanted);
+  /// `dataset` must outlive the path. Reads the sections `wanted`, and the representatives; of the nodes of a walk, entered
+  /// in their order, the next ones are read ahead.
+  NodePath(const formats::DatasetReader& dataset, const formats::SectionSet& wanted,
+           std::vector<formats::NodeId> walk = {});
 
   /// Puts a node on its level; what is on the level above must be its parent. Throws as DatasetReader::read_node.
   void enter(formats::Level level, formats::NodeId id);
@@ -43,6 +49,7 @@ class NodePath {
 
   const formats::DatasetReader& dataset_;
   formats::SectionSet wanted_;
+  formats::ReadAhead ahead_;
   std::vector<Step> steps_;
 };
 

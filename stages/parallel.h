@@ -5,12 +5,13 @@
 #include <cstdint>
 #include <functional>
 
+#include "formats/stopped.h"
 #include "stages/context.h"
 
 namespace cairn::stages {
 
-/// Thrown when the runner asked to stop; the command's entry tells the user.
-struct Stopped {};
+/// Thrown when the runner asked to stop.
+using formats::Stopped;
 
 inline void throw_if_stopped(const Context& context) {
   if (context.stop.stop_requested()) throw Stopped{};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "formats/dataset/metadata.h"
 #include "formats/dataset/node_frame.h"
 #include "formats/dataset/normal_column.h"
 
@@ -87,7 +88,10 @@ DatasetSource::DatasetSource(const formats::DatasetReader& dataset, const LodTre
   }
   const auto& column = root.attributes[*color_];
   const formats::Attribute& attribute = header.schema[*color_];
-  if (plan.color == ColorSource::kColor) color_bits_ = color_bits(column, attribute);
+  // Datasets that were made before the metadata told it leave it to the root's colors.
+  if (plan.color == ColorSource::kColor)
+    color_bits_ = formats::read_metadata_color_bits(dataset.metadata())
+                      .value_or(color_bits(column, attribute));
   if (plan.color == ColorSource::kIntensity)
     range_ = middle_range(column_values(column, attribute));
 }
@@ -108,6 +112,22 @@ void DatasetSource::load(NodeIndex node, NodePoints& points) const {
   }
   points.color.clear();
   if (columns_.color) load_colors(data, points);
+}
+
+void DatasetSource::listen(std::function<void()> arrived) const {
+  wishes_.reset();
+  if (is_remote() && arrived) wishes_ = dataset_.make_wishes(sections_, std::move(arrived));
+}
+
+void DatasetSource::expect(std::span<const NodeIndex> nodes) const {
+  if (!wishes_) return;
+  std::vector<formats::NodeId> ids;
+  for (const NodeIndex node : nodes) ids.push_back(formats::NodeId{node});
+  wishes_->replace(ids);
+}
+
+bool DatasetSource::ready(NodeIndex node) const {
+  return !wishes_ || wishes_->ready(formats::NodeId{node});
 }
 
 void DatasetSource::load_colors(const NodeData& data, NodePoints& points) const {

@@ -1,4 +1,4 @@
-// Nodes of a dataset on disk, decoded into what a renderer takes; sections that the plan does not call for are not read.
+// Nodes of a dataset, decoded into what a renderer takes; sections that the plan does not call for are not read.
 #pragma once
 
 #include "formats/dataset/dataset_reader.h"
@@ -16,6 +16,10 @@ class DatasetSource : public NodeSource {
   DatasetSource(const formats::DatasetReader& dataset, const LodTree& tree, const FramePlan& plan);
 
   void load(NodeIndex node, NodePoints& points) const override;
+  void expect(std::span<const NodeIndex> nodes) const override;
+  bool ready(NodeIndex node) const override;
+  void listen(std::function<void()> arrived) const override;
+  bool is_remote() const override { return dataset_.is_remote(); }
 
  private:
   void load_colors(const formats::NodeData& data, NodePoints& points) const;
@@ -29,6 +33,7 @@ class DatasetSource : public NodeSource {
   std::optional<std::size_t> color_;   ///< attribute that colors come from
   ValueRange range_;                   ///< of heights or of the attribute
   unsigned color_bits_ = 16;
+  mutable std::unique_ptr<formats::NodeWishes> wishes_;  ///< while somebody listens
 };
 
 }  // namespace cairn::viewer

@@ -9,8 +9,12 @@
 namespace cairn::viewer {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 /// How far beyond each edge of the picture nodes are read ahead, as a share of its size.
 constexpr double kPrefetchShare = 0.15;
+
+constexpr std::chrono::milliseconds kLongestPause{60'000};
 
 /// What the loader may have ready for one frame.
 std::size_t waiting_nodes(unsigned loader_threads) { return loader_threads + 2; }
@@ -34,6 +38,7 @@ Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& 
       upload_(std::move(upload)),
       slots_(options.slots, tree.fanout()),
       cache_(options.cached_nodes + waiting_nodes(options.loader_threads)),
+      pause_(options.first_pause),
       loader_(source, options.loader_threads, waiting_nodes(options.loader_threads)) {
   CAIRN_CHECK(options.uploads >= 1);
 }
@@ -46,8 +51,10 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
   select_time_ = {};
   if (!slots_.holds(0)) load_root(frame);
   take_loaded(frame);
+  if (Clock::now() >= next_attempt_) unreachable_.clear();
+  frame.unreachable = unreachable_.size();
   frame.selected = choose(
-      view, held, [&](NodeIndex node) { return !damaged_.contains(node); }, hidden);
+      view, held, [&](NodeIndex node) { return usable(node); }, hidden);
 
   const std::vector<NodeIndex>& wanted = frame.selected.nodes;
   const bool held_before =
@@ -78,9 +85,9 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
 
 Selection Front::choose(const View& view, const SelectionLimits& limits, const NodeTest& usable,
                         const NodeTest& hidden) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   Selection selection = select(tree_, view, limits, usable, hidden);
-  select_time_ += std::chrono::steady_clock::now() - start;
+  select_time_ += Clock::now() - start;
   return selection;
 }
 
@@ -96,6 +103,7 @@ void Front::take_loaded(FrontFrame& frame) {
   for (LoadedNode& loaded : loader_.take()) {
     ++frame.loads;
     if (loaded.error == nullptr) {
+      pause_ = options_.first_pause;
       if (cache_.contains(loaded.node))
         loader_.recycle(std::move(loaded.points));
       else if (auto gone = cache_.put(loaded.node, std::move(loaded.points)))
@@ -106,9 +114,22 @@ void Front::take_loaded(FrontFrame& frame) {
       std::rethrow_exception(loaded.error);
     } catch (const formats::Error& error) {
       if (error.kind() == formats::ErrorKind::kInvariant) throw;
-      if (damaged_.insert(loaded.node).second) frame.damage.emplace_back(error.what());
+      note_failure(loaded.node, error, frame);
     }
   }
+}
+
+/// What is damaged stays so; what the network did not bring may come later. A network that fails, or a dataset that was changed
+/// behind it, fails for many nodes at a time: one of them is told.
+void Front::note_failure(NodeIndex node, const formats::Error& error, FrontFrame& frame) {
+  const bool later = source_.is_remote() && error.kind() == formats::ErrorKind::kSystem;
+  const bool is_new = later ? unreachable_.insert(node).second : damaged_.insert(node).second;
+  if (later && Clock::now() >= next_attempt_) {
+    next_attempt_ = Clock::now() + pause_;
+    pause_ = std::min(2 * pause_, kLongestPause);
+  }
+  if (is_new && (!source_.is_remote() || told_.insert(error.parts().what).second))
+    frame.damage.emplace_back(error.what());
 }
 
 std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimits& limits,
@@ -117,8 +138,8 @@ std::vector<NodeIndex> Front::nodes_around(const View& view, const SelectionLimi
   const double area = (1 + 2 * kPrefetchShare) * (1 + 2 * kPrefetchShare);
   if (limits.points != SelectionLimits::kUnlimited)
     wider.points = static_cast<std::uint64_t>(static_cast<double>(limits.points) * area);
-  const Selection around = choose(view.widened(kPrefetchShare), wider,
-                                  [&](NodeIndex node) { return !damaged_.contains(node); }, {});
+  const Selection around =
+      choose(view.widened(kPrefetchShare), wider, [&](NodeIndex node) { return usable(node); }, {});
   std::vector<NodeIndex> nodes;
   std::ranges::set_union(selected.nodes, around.nodes, std::back_inserter(nodes));
   return nodes.size() <= slots_.slots() ? nodes : selected.nodes;

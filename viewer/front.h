@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/error.h"
 #include "viewer/lod_selection.h"
 #include "viewer/node_cache.h"
 #include "viewer/node_loader.h"
@@ -25,20 +26,23 @@ struct FrontOptions {
   bool prefetch = false;  ///< read what lies a little outside of the picture
   std::uint32_t uploads =
       UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most, 1 or more
+  /// After a failure of the network nodes are asked for again; if that fails, after twice this time, and so on.
+  std::chrono::milliseconds first_pause{2000};
 };
 
 /// One frame.
 struct FrontFrame {
-  double select_ms = 0;            ///< that choosing cuts took
-  Selection selected;              ///< the cut that the limits ask for
-  Selection drawn;                 ///< the cut to draw: `selected` as far as it is at hand
-  std::uint64_t loads = 0;         ///< nodes that were read since the last frame
-  std::uint64_t forced_loads = 0;  ///< nodes that this frame waited for
-  std::uint64_t hits = 0;          ///< nodes that came into use and were at hand
-  std::uint64_t missing = 0;       ///< nodes of `selected` that are not at hand
-  bool unfinished = false;         ///< nodes are still to be read or uploaded, prefetched ones too
-  std::vector<std::string>
-      damage;  ///< of nodes that were found damaged since the last frame; each is told once
+  double select_ms = 0;             ///< that choosing cuts took
+  Selection selected;               ///< the cut that the limits ask for
+  Selection drawn;                  ///< the cut to draw: `selected` as far as it is at hand
+  std::uint64_t loads = 0;          ///< nodes that were read since the last frame
+  std::uint64_t forced_loads = 0;   ///< nodes that this frame waited for
+  std::uint64_t hits = 0;           ///< nodes that came into use and were at hand
+  std::uint64_t missing = 0;        ///< nodes of `selected` that are not at hand
+  bool unfinished = false;          ///< nodes are still to be read or uploaded, prefetched ones too
+  std::vector<std::string> damage;  ///< of nodes that were found damaged since the last frame; each
+                                    ///< is told once, of a network each kind of failure
+  std::uint64_t unreachable = 0;    ///< nodes that the network did not bring; asked for again later
 };
 
 class Front {
@@ -68,6 +72,10 @@ class Front {
                    const NodeTest& hidden);
   void load_root(FrontFrame& frame);
   void take_loaded(FrontFrame& frame);
+  void note_failure(NodeIndex node, const formats::Error& error, FrontFrame& frame);
+  bool usable(NodeIndex node) const {
+    return !damaged_.contains(node) && !unreachable_.contains(node);
+  }
   /// The selected nodes and those that a small turn would select, or the former alone if there is no room for both.
   std::vector<NodeIndex> nodes_around(const View& view, const SelectionLimits& limits,
                                       const Selection& selected);
@@ -82,6 +90,10 @@ class Front {
   NodeSlots slots_;
   NodeCache cache_;
   std::unordered_set<NodeIndex> damaged_;
+  std::unordered_set<NodeIndex> unreachable_;  ///< until the next attempt
+  std::chrono::steady_clock::time_point next_attempt_{};
+  std::chrono::milliseconds pause_;
+  std::unordered_set<std::string> told_;                     ///< kinds of failures behind a network
   std::vector<NodeIndex> last_;                              ///< nodes of the last selected cut
   std::chrono::duration<double, std::milli> select_time_{};  ///< of this frame
   std::uint32_t uploads_left_ = 0;

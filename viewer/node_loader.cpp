@@ -1,6 +1,7 @@
 #include "viewer/node_loader.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "formats/error.h"
@@ -10,6 +11,10 @@ namespace cairn::viewer {
 NodeLoader::NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting)
     : source_(source), waiting_(waiting) {
   CAIRN_CHECK(threads >= 1 && waiting >= 1);
+  source_.listen([this] {
+    const std::lock_guard lock(mutex_);  // so that no thread is between looking and waiting
+    wake_.notify_all();
+  });
   for (unsigned i = 0; i < threads; ++i)
     threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
 }
@@ -17,9 +22,11 @@ NodeLoader::NodeLoader(const NodeSource& source, unsigned threads, std::size_t w
 NodeLoader::~NodeLoader() {
   for (std::jthread& thread : threads_) thread.request_stop();
   threads_.clear();  // joins, while all that they use is still there
+  source_.listen({});
 }
 
 void NodeLoader::request(std::span<const NodeIndex> nodes) {
+  std::vector<NodeIndex> expected;
   {
     const std::lock_guard lock(mutex_);
     wishes_.clear();
@@ -29,7 +36,9 @@ void NodeLoader::request(std::span<const NodeIndex> nodes) {
     };
     for (std::size_t i = nodes.size(); i-- > 0;)
       if (!known(nodes[i])) wishes_.push_back(nodes[i]);
+    if (source_.is_remote()) expected.assign(wishes_.rbegin(), wishes_.rend());
   }
+  source_.expect(expected);
   wake_.notify_all();
 }
 
@@ -53,15 +62,24 @@ void NodeLoader::recycle(NodePoints points) {
   if (spare_.size() < waiting_) spare_.push_back(std::move(points));
 }
 
+/// Takes the most urgent wish that is ready; false if none is.
+bool NodeLoader::take_wish(NodeIndex& node) {
+  const auto ready = std::find_if(wishes_.rbegin(), wishes_.rend(),
+                                  [&](NodeIndex wish) { return source_.ready(wish); });
+  if (ready == wishes_.rend()) return false;
+  node = *ready;
+  wishes_.erase(std::next(ready).base());
+  return true;
+}
+
 void NodeLoader::work(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (true) {
-    const auto may_begin = [&] {
-      return !wishes_.empty() && done_.size() + under_way_.size() < waiting_;
+    LoadedNode loaded;
+    const auto begins = [&] {
+      return done_.size() + under_way_.size() < waiting_ && take_wish(loaded.node);
     };
-    if (!wake_.wait(lock, stop, may_begin) || stop.stop_requested()) return;
-    LoadedNode loaded{.node = wishes_.back(), .points = {}, .error = {}};
-    wishes_.pop_back();
+    if (stop.stop_requested() || !wake_.wait(lock, stop, begins)) return;
     under_way_.insert(loaded.node);
     if (!spare_.empty()) {
       loaded.points = std::move(spare_.back());

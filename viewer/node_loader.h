@@ -1,4 +1,5 @@
-// Reads and decodes nodes beside the frames: threads that take the most urgent wish first.
+// Reads and decodes nodes beside the frames: threads that take the most urgent wish first, of nodes behind a network the most
+// urgent one that has come, so that none waits for the network.
 // Based on: Goswami, Zhang, Pajarola, Gobbetti, 2010, section IV: an asynchronous server that runs beside the renderer.
 #pragma once
 
@@ -43,6 +44,7 @@ class NodeLoader {
 
  private:
   void work(const std::stop_token& stop);
+  bool take_wish(NodeIndex& node);
 
   const NodeSource& source_;
   std::size_t waiting_;

@@ -79,6 +79,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.missing = front.missing;
   frame.unfinished = front.unfinished || revealed;
   frame.damaged = front_.damaged();
+  frame.unreachable = front.unreachable;
   frame.outside = drawn_.outside;
   frame.facing_away = drawn_.facing_away;
   frame.hidden = drawn_.hidden;

@@ -30,6 +30,7 @@ struct FrameStatistics {
   std::uint64_t missing = 0;      ///< nodes that ancestors still stand in for
   bool unfinished = false;        ///< another frame would read or upload nodes
   std::uint64_t damaged = 0;      ///< nodes that ancestors stand in for for good
+  std::uint64_t unreachable = 0;  ///< and those until the network brings them
   std::uint64_t outside = 0;      ///< regions culled because they lie outside of the picture,
   std::uint64_t facing_away = 0;  ///< turn their backs,
   std::uint64_t hidden = 0;       ///< or lie behind others

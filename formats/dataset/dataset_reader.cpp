@@ -1,5 +1,6 @@
 #include "formats/dataset/dataset_reader.h"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -8,6 +9,12 @@
 
 namespace cairn::formats {
 namespace {
+
+/// What is asked for first of a remote dataset, all at once: of most all of the index (400 nodes, which is 26 million points)
+/// and of the metadata; of the nodes a byte, which tells that they are there, and how many bytes.
+constexpr std::size_t kIndexFront = 256 << 10, kMetadataFront = 128 << 10, kNodesFront = 1;
+/// What is asked for at a time of an index that is larger. What a server only claims to have never takes memory.
+constexpr std::uint64_t kIndexStep = 8 << 20;
 
 [[noreturn]] void refuse(const DecodeError& error, const std::filesystem::path& path,
                          std::uint64_t base = 0) {
@@ -18,62 +25,132 @@ namespace {
                .expected = error.expected});
 }
 
-DatasetIndex read_index(const RandomAccessFile& file) {
-  // The file's own size is compared with what its head claims before the whole is read.
-  std::vector<std::byte> bytes(kIndexFixedBytes);
-  bytes.resize(file.read_at_most(0, bytes));
-  std::uint64_t prefix = 0;
-  if (const auto error = index_prefix_size(bytes, file.size_bytes(), prefix))
-    refuse(*error, file.path());
-  bytes.resize(static_cast<std::size_t>(file.size_bytes()));
-  file.read_exactly(0, bytes);
+void append(std::vector<std::byte>& bytes, const ByteSource& file,
+            const std::vector<ByteRange>& ranges) {
+  for (const SharedBytes& part : file.read(ranges))
+    bytes.insert(bytes.end(), part->begin(), part->end());
+}
+
+/// Where the pages lie of which `begin` bytes of the file do not hold all, up to a step on. Of a page that begins before, the
+/// rest, whose checksum is not known.
+std::vector<ByteRange> next_pages(const IndexLayout& layout,
+                                  const std::vector<std::uint64_t>& checksums,
+                                  std::uint64_t begin) {
+  std::vector<ByteRange> ranges;
+  const std::uint64_t page_bytes = layout.records_per_page * layout.record_size_bytes;
+  std::uint64_t at = begin;
+  while (at < layout.size_bytes && at - begin < kIndexStep) {
+    const std::uint64_t page = (at - layout.pages_offset) / page_bytes;
+    const IndexRange all = layout.bytes_of(page);
+    ranges.push_back({.offset = at, .size_bytes = all.end() - at});
+    if (at == all.first) ranges.back().checksum = checksums[page];
+    at = all.end();
+  }
+  return ranges;
+}
+
+struct ReadIndex {
   DatasetIndex index;
-  if (const auto error = parse_index(bytes, index)) refuse(*error, file.path());
-  return index;
+  std::uint64_t root_checksum = 0;
+};
+
+std::optional<DecodeError> read_index(ByteSource& file, Fresh fresh, ReadIndex& read) {
+  // The file's own size is compared with what its head claims before more is read.
+  std::vector<std::byte> bytes = *file.front(kIndexFront, fresh);
+  std::uint64_t prefix = 0;
+  if (auto error = index_prefix_size(bytes, file.size_bytes(), prefix)) return error;
+  while (bytes.size() < prefix)
+    append(bytes, file,
+           {{.offset = bytes.size(), .size_bytes = std::min(prefix - bytes.size(), kIndexStep)}});
+  if (bytes.size() < file.size_bytes()) {
+    std::vector<std::uint64_t> checksums;
+    IndexHead head;
+    if (auto error = parse_index_head(bytes, file.size_bytes(), head, checksums)) return error;
+    const IndexLayout layout = layout_of(head.dataset);
+    while (bytes.size() < layout.size_bytes)
+      append(bytes, file, next_pages(layout, checksums, bytes.size()));
+  }
+  read.root_checksum = index_root_checksum(bytes);
+  if (auto error = parse_index(bytes, read.index)) return error;
+  file.keep_front(bytes);
+  return std::nullopt;
 }
 
-void check_size(const RandomAccessFile& file, std::uint64_t expected) {
-  if (file.size_bytes() != expected)
-    throw_input({.what = "the file has not the size that the index tells",
-                 .path = file.path(),
-                 .found = std::to_string(file.size_bytes()) + " bytes",
-                 .expected = std::to_string(expected) + " bytes"});
+ReadIndex read_index(ByteSource& file) {
+  ReadIndex read;
+  auto error = read_index(file, Fresh::kNo, read);
+  // What a cache or the network has damaged comes right when it is asked for again.
+  if (error && file.is_remote()) error = read_index(file, Fresh::kYes, read);
+  if (error) refuse(*error, file.path());
+  return read;
 }
 
-std::string read_metadata(const std::filesystem::path& path, const IndexHead& head) {
-  const RandomAccessFile file(path);
-  check_size(file, head.metadata_size_bytes);
-  std::string text(static_cast<std::size_t>(file.size_bytes()), '\0');
-  file.read_exactly(0, std::as_writable_bytes(std::span(text)));
-  const std::uint64_t sum = checksum_of(std::as_bytes(std::span(text)));
+std::string read_metadata(const ByteSource& file, const IndexHead& head) {
+  const ByteRange all{
+      .offset = 0, .size_bytes = head.metadata_size_bytes, .checksum = head.metadata_checksum};
+  const SharedBytes bytes = all.size_bytes == 0 ? std::make_shared<const std::vector<std::byte>>()
+                                                : file.read(std::span(&all, 1)).front();
+  const std::uint64_t sum = checksum_of(*bytes);
   if (sum != head.metadata_checksum)
     throw_input({.what = "the checksum of the metadata does not match",
-                 .path = path,
+                 .path = file.path(),
                  .found = std::to_string(sum),
                  .expected = std::to_string(head.metadata_checksum)});
-  if (const auto error = check_metadata_text(text)) refuse(*error, path);
+  std::string text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  if (const auto error = check_metadata_text(text)) refuse(*error, file.path());
   return text;
 }
 
 }  // namespace
 
-DatasetReader DatasetReader::open(const std::filesystem::path& directory) {
-  const RandomAccessFile index_file(directory / dataset_file::kIndex);
-  DatasetIndex index = read_index(index_file);
-  std::string metadata = read_metadata(directory / dataset_file::kMetadata, index.head);
-  RandomAccessFile nodes(directory / dataset_file::kNodes);
-  check_size(nodes, index.head.nodes_size_bytes);
-  return DatasetReader(std::move(nodes), std::move(index), std::move(metadata),
-                       index_file.size_bytes());
+NodeWishes::NodeWishes(const DatasetReader& dataset, const SectionSet& wanted,
+                       std::function<void()> arrived)
+    : dataset_(dataset),
+      wanted_(wanted),
+      list_(dataset.files_.nodes->make_wish_list(std::move(arrived))) {}
+
+void NodeWishes::replace(std::span<const NodeId> nodes) {
+  if (!dataset_.is_remote()) return;
+  std::vector<ByteRange> ranges;
+  for (const NodeId id : nodes) {
+    const std::vector<ByteRange> sections = dataset_.ranges_of(id, wanted_);
+    ranges.insert(ranges.end(), sections.begin(), sections.end());
+  }
+  list_->replace(ranges);
 }
 
-DatasetReader::DatasetReader(RandomAccessFile nodes, DatasetIndex index, std::string metadata,
-                             std::uint64_t index_size_bytes)
-    : nodes_file_(std::move(nodes)),
+bool NodeWishes::ready(NodeId id) const {
+  if (!dataset_.is_remote()) return true;
+  return std::ranges::all_of(dataset_.ranges_of(id, wanted_), [&](const ByteRange& range) {
+    return dataset_.files_.nodes->ready(range);
+  });
+}
+
+DatasetReader DatasetReader::open(const Location& location, const AccessOptions& options) {
+  DatasetFiles files = open_dataset_files(location, options);
+  files.index->expect_front(kIndexFront);
+  files.nodes->expect_front(kNodesFront);
+  // With an index of an earlier run most likely the metadata is at hand, too.
+  const bool all_at_once = files.index->is_remote() && !files.index->has_stored_front();
+  if (all_at_once) files.metadata->expect_front(kMetadataFront);
+  auto [index, root_checksum] = read_index(*files.index);
+  // The root checksum vouches for every byte of the dataset, so it names them.
+  files.metadata->identify(root_checksum);
+  files.nodes->identify(root_checksum);
+  if (all_at_once) files.metadata->front(kMetadataFront);
+  files.metadata->expect_size(index.head.metadata_size_bytes);
+  std::string metadata = read_metadata(*files.metadata, index.head);
+  files.nodes->front(kNodesFront);
+  files.nodes->expect_size(index.head.nodes_size_bytes);
+  return DatasetReader(std::move(files), std::move(index), std::move(metadata));
+}
+
+DatasetReader::DatasetReader(DatasetFiles files, DatasetIndex index, std::string metadata)
+    : files_(std::move(files)),
       index_(std::move(index)),
       tree_(index_.head.dataset.tree()),
       metadata_(std::move(metadata)),
-      index_size_bytes_(index_size_bytes) {}
+      index_size_bytes_(files_.index->size_bytes()) {}
 
 const NodeRecord& DatasetReader::record(NodeId id) const {
   CAIRN_CHECK(value_of(id) < index_.nodes.size());
@@ -87,24 +164,45 @@ IndexRange DatasetReader::representatives_of(NodeId id) const {
   return {parent.block_start[child], parent.block_start[child + 1] - parent.block_start[child]};
 }
 
-NodeData DatasetReader::read_node(NodeId id, const SectionSet& wanted) const {
-  const std::filesystem::path& path = nodes_file_.path();
+std::vector<ByteRange> DatasetReader::ranges_of(NodeId id, const SectionSet& wanted) const {
   const NodeRecord& node = record(id);
-  std::vector<std::vector<std::byte>> buffers(node.sections.size());
+  std::vector<ByteRange> ranges;
+  for (std::size_t i = 0; i < node.sections.size(); ++i) {
+    const SectionRef& section = node.sections[i];
+    if (wanted[i] && section.size_bytes > 0)
+      ranges.push_back({section.offset, section.size_bytes, section.checksum});
+  }
+  return ranges;
+}
+
+std::uint64_t DatasetReader::size_bytes(NodeId id, const SectionSet& wanted) const {
+  std::uint64_t bytes = 0;
+  for (const ByteRange& range : ranges_of(id, wanted)) bytes += range.size_bytes;
+  return bytes;
+}
+
+std::unique_ptr<NodeWishes> DatasetReader::make_wishes(const SectionSet& wanted,
+                                                       std::function<void()> arrived) const {
+  return std::unique_ptr<NodeWishes>(new NodeWishes(*this, wanted, std::move(arrived)));
+}
+
+NodeData DatasetReader::read_node(NodeId id, const SectionSet& wanted) const {
+  const std::filesystem::path& path = files_.nodes->path();
+  const NodeRecord& node = record(id);
+  const std::vector<SharedBytes> read = files_.nodes->read(ranges_of(id, wanted));
   std::vector<std::span<const std::byte>> bytes(node.sections.size());
-  for (std::size_t i = 0; i < buffers.size(); ++i) {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
     const SectionRef& section = node.sections[i];
     if (!wanted[i] || section.size_bytes == 0) continue;
-    buffers[i].resize(section.size_bytes);
-    nodes_file_.read_exactly(section.offset, buffers[i]);
-    if (const std::uint64_t sum = checksum_of(buffers[i]); sum != section.checksum)
+    bytes[i] = *read[next++];
+    if (const std::uint64_t sum = checksum_of(bytes[i]); sum != section.checksum)
       throw_input({.what = "the checksum of section " + std::to_string(i) + " of node " +
                            std::to_string(value_of(id)) + " does not match",
                    .path = path,
                    .offset = section.offset,
                    .found = std::to_string(sum),
                    .expected = std::to_string(section.checksum)});
-    bytes[i] = buffers[i];
   }
   NodeData points;
   std::size_t failed = 0;

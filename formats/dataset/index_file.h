@@ -80,6 +80,9 @@ std::vector<std::byte> write_index_head(const IndexHead& head,
                                                            std::uint64_t index_size_bytes,
                                                            std::uint64_t& prefix_size_bytes);
 
+/// The root checksum as it is written. Requires kIndexFixedBytes bytes or more.
+std::uint64_t index_root_checksum(std::span<const std::byte> bytes);
+
 /// Reads the head and the page checksums; `bytes` are the prefix, or more. Verifies the root checksum
 /// before anything else.
 [[nodiscard]] std::optional<DecodeError> parse_index_head(

@@ -279,6 +279,10 @@ std::optional<DecodeError> index_prefix_size(std::span<const std::byte> bytes,
   return std::nullopt;
 }
 
+std::uint64_t index_root_checksum(std::span<const std::byte> bytes) {
+  return load_le<std::uint64_t>(&bytes[kRootChecksumOffset]);
+}
+
 std::optional<DecodeError> parse_index_head(std::span<const std::byte> bytes,
                                             std::uint64_t index_size_bytes, IndexHead& head,
                                             std::vector<std::uint64_t>& page_checksums) {
@@ -287,7 +291,7 @@ std::optional<DecodeError> parse_index_head(std::span<const std::byte> bytes,
   const std::uint64_t prefix = fixed.head_size_bytes + 8 * fixed.page_count();
   if (bytes.size() < prefix)
     return wrong("the head of the index ends early", bytes.size(), bytes.size(), prefix);
-  const auto root = load_le<std::uint64_t>(&bytes[kRootChecksumOffset]);
+  const std::uint64_t root = index_root_checksum(bytes);
   const std::uint64_t sum =
       checksum_of(bytes.subspan(kCheckedFrom, static_cast<std::size_t>(prefix) - kCheckedFrom));
   if (root != sum) return wrong("the root checksum does not match", kRootChecksumOffset, sum, root);

@@ -6,8 +6,10 @@
 
 #include "formats/dataset/effect_metadata.h"
 #include "formats/dataset/index_file.h"
+#include "formats/dataset/metadata_details.h"
 #include "formats/dataset/metadata_json.h"
 #include "formats/scans/crs.h"
+#include "formats/scans/crs_facts.h"
 
 namespace cairn::formats {
 namespace {
@@ -61,15 +63,22 @@ std::string_view name_of(RadiusOrigin origin) {
   return "unknown";
 }
 
-Json schema_json(const DatasetHeader& header) {
+Json schema_json(const DatasetHeader& header, const MetadataExtras& extras) {
   Json list = Json::array();
-  for (const Attribute& attribute : header.schema)
+  for (const Attribute& attribute : header.schema) {
     list.push_back({{"name", attribute.name},
                     {"type", name_of(attribute.type)},
                     {"components", attribute.components},
                     {"rule", name_of(attribute.rule)},
                     {"on_inner_nodes", attribute.rule != ReduceRule::kNone},
                     {"estimated", attribute.estimated}});
+    if (attribute.name == attribute_name::kColor && extras.color_bits > 0)
+      list.back()["bits"] = extras.color_bits;
+    const auto details =
+        std::ranges::find(extras.details, attribute.name, &AttributeDetails::attribute);
+    if (details != extras.details.end())
+      list.back()["las"] = details_json(*details, attribute.type);
+  }
   return list;
 }
 
@@ -201,6 +210,15 @@ Json records_json(const std::vector<VariableLengthRecord>& records) {
 Json crs_json(const MetadataExtras& extras) {
   const auto wkt = wkt_of(extras.crs);
   Json json{{"wkt", wkt ? Json(*wkt) : Json(nullptr)}, {"records", records_json(extras.crs)}};
+  if (!extras.crs.empty()) {
+    const CrsFacts facts = crs_facts(extras.crs);
+    const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
+    json["name"] = facts.name;
+    json["epsg"] = or_null(facts.code);
+    json["vertical_epsg"] = or_null(facts.vertical_code);
+    json["unit_metres"] = or_null(facts.unit_m);
+    json["vertical_unit_metres"] = or_null(facts.vertical_unit_m);
+  }
   if (!extras.replaced_crs.empty()) json["replaced"] = records_json(extras.replaced_crs);
   return json;
 }
@@ -232,7 +250,7 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
       {"missing", header.missing_points},
       {"bounds", bounds_json(header.grid, box)},
       {"grid", grid_json(header, box)},
-      {"schema", schema_json(header)},
+      {"schema", schema_json(header, extras)},
       {"radius", name_of(header.radius_origin)},
       {"lossless_leaves", header.lossless_leaves},
       {"position_bits", header.position_bits},
@@ -301,6 +319,22 @@ std::optional<DecodeError> read_metadata_crs(std::string_view text,
     return broken;
   }
   return std::nullopt;
+}
+
+std::vector<VariableLengthRecord> records_of_one_crs(std::string_view text,
+                                                     const std::vector<VariableLengthRecord>& crs) {
+  Json json;
+  if (parse_metadata(text, json)) return crs;
+  try {
+    for (const Json& source : json.at("sources")) {
+      std::vector<VariableLengthRecord> records;
+      for (const Json& index : source.at("crs"))
+        records.push_back(crs.at(index.get<std::size_t>()));
+      if (!records.empty()) return records;
+    }
+  } catch (const std::exception&) {  // indices or what holds them are broken
+  }
+  return crs;
 }
 
 }  // namespace cairn::formats

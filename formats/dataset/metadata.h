@@ -58,8 +58,11 @@ struct MetadataExtras {
   std::vector<VariableLengthRecord> crs;  ///< as the inputs have them, each once
   /// Those of the inputs, where `crs` is what the user says instead.
   std::vector<VariableLengthRecord> replaced_crs;
-  std::vector<Numerics> levels;        ///< coarse to fine
-  std::vector<EffectSummary> effects;  ///< in the order in which they acted
+  std::vector<Numerics> levels;           ///< coarse to fine
+  std::vector<EffectSummary> effects;     ///< in the order in which they acted
+  std::vector<AttributeDetails> details;  ///< at most one an attribute
+  /// Of `color`, if no value needs more bits than this, fewer than its type has; 0: it does.
+  unsigned color_bits = 0;
 };
 
 /// The text of metadata.json. `nodes` are all records, in id order, with final section offsets. Throws
@@ -75,6 +78,17 @@ std::string write_metadata(const DatasetHeader& header, const std::vector<NodeRe
 /// counts by effect; the tree) with the index. Offsets of errors are known for broken JSON only.
 [[nodiscard]] std::optional<DecodeError> check_metadata(std::string_view text,
                                                         const DatasetHeader& header);
+
+/// Bits that the values of the attribute `color` need, where metadata says that these are fewer than its type has.
+std::optional<unsigned> read_metadata_color_bits(std::string_view text);
+
+/// What metadata tells of attributes that were extra bytes of LAS files. Of what cannot be such there is none.
+std::vector<AttributeDetails> read_metadata_details(std::string_view text);
+
+/// Of the records that read_metadata_crs gives for the text those that one file is to carry: where sources brought them,
+/// those of the first source that has some, else all. Sources may tell one system in several ways, or each its own.
+std::vector<VariableLengthRecord> records_of_one_crs(std::string_view text,
+                                                     const std::vector<VariableLengthRecord>& crs);
 
 /// The coordinate system records that a metadata text carries. Empty if there are none.
 [[nodiscard]] std::optional<DecodeError> read_metadata_crs(std::string_view text,

@@ -101,4 +101,27 @@ std::optional<std::vector<VariableLengthRecord>> crs_records(std::string_view te
   return std::vector{record(kWktRecord, std::move(data))};
 }
 
+std::string crs_text(std::span<const VariableLengthRecord> records) {
+  constexpr std::size_t kMostBytes = 32768;
+  std::string text;
+  if (auto wkt = wkt_of(records); wkt && begins_wkt(*wkt)) {
+    text = std::move(*wkt);
+  } else {
+    for (const VariableLengthRecord& record : records) {
+      const auto code = record.record_id == kGeoKeyRecord ? code_of(record) : std::nullopt;
+      if (code && epsg_kind(*code)) text = "EPSG:" + std::to_string(*code);
+    }
+  }
+  // White space is nothing in WKT but for that in quotes, where no line ends.
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return text.size() <= kMostBytes ? text : "";
+}
+
+std::vector<VariableLengthRecord> crs_of_comment(std::string_view comment) {
+  if (!comment.starts_with(kCrsComment)) return {};
+  return crs_records(comment.substr(kCrsComment.size()))
+      .value_or(std::vector<VariableLengthRecord>{});
+}
+
 }  // namespace cairn::formats

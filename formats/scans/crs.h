@@ -23,4 +23,14 @@ std::optional<std::string> wkt_of(std::span<const VariableLengthRecord> records)
 /// code, else "unnamed"; empty if there are no records.
 std::string crs_name(std::span<const VariableLengthRecord> records);
 
+/// The system as one line of text that crs_records takes back: its WKT, else "EPSG:n" where GeoTIFF keys name a known
+/// code. Empty where neither is told, or in more than 32 KiB.
+std::string crs_text(std::span<const VariableLengthRecord> records);
+
+/// Where a file has room for comments only, one that begins so tells crs_text.
+inline constexpr std::string_view kCrsComment = "crs ";
+
+/// The records that a comment tells which begins with kCrsComment; none for any other.
+std::vector<VariableLengthRecord> crs_of_comment(std::string_view comment);
+
 }  // namespace cairn::formats

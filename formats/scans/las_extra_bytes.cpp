@@ -1,7 +1,7 @@
 #include "formats/scans/las_extra_bytes.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -23,10 +23,15 @@ constexpr unsigned kMaxTypeCode = 30;
 constexpr std::size_t kMaxComponents = 255;
 constexpr std::size_t kNameBytes = 32;
 
+// Where a descriptor holds what, and the bits of its options that say so.
+constexpr std::size_t kNoDataAt = 40, kScaleAt = 112, kOffsetAt = 136, kDescriptionAt = 160;
+constexpr unsigned kNoDataBit = 1, kScaleBit = 8, kOffsetBit = 16;
+
 struct Descriptor {
   std::string name;
   ScalarType type = ScalarType::kU8;
   std::size_t components = 0;  ///< 0: takes no bytes
+  AttributeDetails details;
 
   std::size_t size_bytes() const { return formats::size_bytes(type) * components; }
   bool is_floating_scalar() const {
@@ -34,12 +39,29 @@ struct Descriptor {
   }
 };
 
+std::string text_at(const std::byte* bytes) {
+  const char* text = reinterpret_cast<const char*>(bytes);
+  return {text, ::strnlen(text, kNameBytes)};
+}
+
+AttributeDetails parse_details(const std::byte* bytes, unsigned options) {
+  AttributeDetails details{.name = text_at(bytes + 4),
+                           .description = text_at(bytes + kDescriptionAt)};
+  if ((options & kNoDataBit) != 0) details.no_data = load_le<std::uint64_t>(bytes + kNoDataAt);
+  const auto number = [&](unsigned bit, std::size_t at) -> std::optional<double> {
+    const auto value = load_le<double>(bytes + at);
+    return (options & bit) != 0 && std::isfinite(value) ? std::optional(value) : std::nullopt;
+  };
+  details.scale = number(kScaleBit, kScaleAt);
+  details.offset = number(kOffsetBit, kOffsetAt);
+  return details;
+}
+
 /// Nothing for a reserved type code, whose size nobody knows.
 std::optional<Descriptor> parse_descriptor(const std::byte* bytes) {
   const auto code = load_le<std::uint8_t>(bytes + 2);
   const auto options = load_le<std::uint8_t>(bytes + 3);
-  const char* text = reinterpret_cast<const char*>(bytes + 4);
-  Descriptor descriptor{.name = {text, ::strnlen(text, kNameBytes)}};
+  Descriptor descriptor{.name = text_at(bytes + 4)};
   if (code > kMaxTypeCode) return std::nullopt;
   if (code == 0) {
     descriptor.components = options;
@@ -48,6 +70,7 @@ std::optional<Descriptor> parse_descriptor(const std::byte* bytes) {
     descriptor.type = static_cast<ScalarType>((code - 1) % 10 + 1);
     descriptor.components = (code - 1u) / 10 + 1;
   }
+  descriptor.details = parse_details(bytes, descriptor.components == 1 && code != 0 ? options : 0);
   return descriptor;
 }
 
@@ -86,23 +109,47 @@ void append_at(std::size_t& offset, std::string_view name, ScalarType type, std:
 
 /// A descriptor with the type code `code`. `options` is the number of bytes if the code is 0, else 0.
 void write_descriptor(std::string_view name, unsigned code, std::size_t options,
-                      std::vector<std::byte>& out) {
+                      std::vector<std::byte>& out, const AttributeDetails* details = nullptr) {
   const std::size_t at = out.size();
   out.resize(at + kExtraBytesDescriptorBytes);
   store_le(out.data() + at + 2, static_cast<std::uint8_t>(code));
   store_le(out.data() + at + 3, static_cast<std::uint8_t>(options));
-  std::memcpy(out.data() + at + 4, name.data(), std::min(name.size(), kNameBytes - 1));
+  std::memcpy(out.data() + at + 4, name.data(), std::min(name.size(), kNameBytes));
+  if (details == nullptr) return;
+  const std::string& description = details->description;
+  std::memcpy(out.data() + at + kDescriptionAt, description.data(),
+              std::min(description.size(), kNameBytes));
+  if (code == 0) return;  // there the options are a number of bytes
+  unsigned bits = 0;
+  const auto put = [&](const auto& value, unsigned bit, std::size_t place) {
+    if (!value) return;
+    store_le(out.data() + at + place, *value);
+    bits |= bit;
+  };
+  put(details->no_data, kNoDataBit, kNoDataAt);
+  put(details->scale, kScaleBit, kScaleAt);
+  put(details->offset, kOffsetBit, kOffsetAt);
+  store_le(out.data() + at + 3, static_cast<std::uint8_t>(bits));
 }
 
-void write_descriptors(const Attribute& attribute, std::vector<std::byte>& out) {
+/// The name that the scans had, if it reads back as the attribute's.
+std::string_view name_in_file(const Attribute& attribute, const AttributeDetails* details) {
+  const bool known = details != nullptr && sanitised_name(details->name) == attribute.name;
+  return known ? std::string_view(details->name)
+               : std::string_view(attribute.name).substr(0, kNameBytes - 1);
+}
+
+void write_descriptors(const Attribute& attribute, const AttributeDetails* details,
+                       std::vector<std::byte>& out) {
   const auto code = static_cast<unsigned>(attribute.type);
   const std::size_t n = attribute.components;
   if (attribute.name == attribute_name::kNormal && n == 3) {
     for (const char* name : {"NormalX", "NormalY", "NormalZ"}) write_descriptor(name, code, 0, out);
   } else if (n <= 3) {
-    write_descriptor(attribute.name, code + 10 * static_cast<unsigned>(n - 1), 0, out);
+    write_descriptor(name_in_file(attribute, details), code + 10 * static_cast<unsigned>(n - 1), 0,
+                     out, details);
   } else if (attribute.type == ScalarType::kU8) {
-    write_descriptor(attribute.name, 0, n, out);
+    write_descriptor(name_in_file(attribute, details), 0, n, out, details);
   } else {
     for (std::size_t i = 0; i < n; ++i)
       write_descriptor(fmt::format("{}_{}", attribute.name.substr(0, kNameBytes - 5), i), code, 0,
@@ -112,7 +159,8 @@ void write_descriptors(const Attribute& attribute, std::vector<std::byte>& out) 
 
 }  // namespace
 
-void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, LasLayout& layout) {
+void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, LasLayout& layout,
+                        std::vector<AttributeDetails>& details) {
   std::size_t offset = las_point_size(layout.point_format);
   const std::vector<Descriptor> usable =
       usable_descriptors(descriptors, layout.record_length_bytes - offset);
@@ -127,6 +175,8 @@ void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, 
       i += 2;
     } else {
       append_at(offset, usable[i].name, usable[i].type, usable[i].components, schema, layout);
+      details.push_back(usable[i].details);
+      details.back().attribute = schema.back().name;
     }
   }
   while (offset < layout.record_length_bytes)
@@ -134,7 +184,8 @@ void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, 
               std::min(kMaxComponents, layout.record_length_bytes - offset), schema, layout);
 }
 
-void append_extra_attribute(const Schema& schema, std::size_t attribute, LasLayout& layout,
+void append_extra_attribute(const Schema& schema, std::size_t attribute,
+                            std::span<const AttributeDetails> details, LasLayout& layout,
                             std::vector<std::byte>& descriptors) {
   const std::size_t size = schema[attribute].size_bytes();
   if (size > 65535 - layout.record_length_bytes)
@@ -143,7 +194,9 @@ void append_extra_attribute(const Schema& schema, std::size_t attribute, LasLayo
                     schema[attribute].name));
   layout.columns.push_back({attribute, LasCoding::kCopy, layout.record_length_bytes, size});
   layout.record_length_bytes += size;
-  write_descriptors(schema[attribute], descriptors);
+  const auto known =
+      std::ranges::find(details, schema[attribute].name, &AttributeDetails::attribute);
+  write_descriptors(schema[attribute], known == details.end() ? nullptr : &*known, descriptors);
 }
 
 }  // namespace cairn::formats

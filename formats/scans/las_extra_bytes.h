@@ -1,7 +1,7 @@
 // Extra bytes: what a LAS record holds behind the fields of its point format, and the descriptors
 // that give it names and types (user id LASF_Spec, record id 4). Based on: ASPRS, LAS
 // Specification 1.4 R15, "Extra Bytes". Values are carried as stored: a descriptor's scale, offset
-// and no-data value are not applied.
+// and no-data value are not applied but handed on.
 #pragma once
 
 #include <cstddef>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/scans/las_layout.h"
+#include "formats/scans/scan_reader.h"
 #include "formats/schema.h"
 
 namespace cairn::formats {
@@ -21,11 +22,14 @@ inline constexpr std::size_t kExtraBytesDescriptorBytes = 192;
 /// NormalX, NormalY, NormalZ are `normal`. Bytes that no usable descriptor covers become
 /// `extra_bytes`; descriptors of more bytes than the record has are left out, and so are those with which the
 /// schema would have more than kMaxAttributes (limits.h).
-void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, LasLayout& layout);
+/// `details`: what usable descriptors tell beside name and type is appended.
+void append_extra_bytes(std::span<const std::byte> descriptors, Schema& schema, LasLayout& layout,
+                        std::vector<AttributeDetails>& details);
 
-/// The reverse, for a writer: appends the attribute to the end of the record and its descriptors to
-/// `descriptors`. Throws kUsage if the record would exceed 65,535 bytes.
-void append_extra_attribute(const Schema& schema, std::size_t attribute, LasLayout& layout,
+/// The reverse, for a writer: appends the attribute to the end of the record and its descriptors, with the details that
+/// there are, to `descriptors`. Throws kUsage if the record would exceed 65,535 bytes.
+void append_extra_attribute(const Schema& schema, std::size_t attribute,
+                            std::span<const AttributeDetails> details, LasLayout& layout,
                             std::vector<std::byte>& descriptors);
 
 }  // namespace cairn::formats

@@ -54,7 +54,9 @@ std::optional<LasCoding> coding_for(const Attribute& attribute, const Attribute&
 }
 
 /// Gives every attribute its field, or else its extra bytes. Returns the descriptors of the latter.
-std::vector<std::byte> place_attributes(const Schema& schema, LasLayout& layout) {
+std::vector<std::byte> place_attributes(const Schema& schema,
+                                        std::span<const AttributeDetails> details,
+                                        LasLayout& layout) {
   Schema fields;
   LasLayout all_fields{
       .point_format = layout.point_format, .record_length_bytes = 0, .columns = {}};
@@ -70,7 +72,7 @@ std::vector<std::byte> place_attributes(const Schema& schema, LasLayout& layout)
       column.coding = *coding;
       layout.columns.push_back(column);
     } else {
-      append_extra_attribute(schema, i, layout, descriptors);
+      append_extra_attribute(schema, i, details, layout, descriptors);
     }
   }
   return descriptors;
@@ -143,7 +145,8 @@ std::uint64_t LasPlan::point_data_offset() const {
 LasPlan plan_las(const ScanInfo& description, std::uint64_t expected_points, bool wide) {
   LasPlan plan;
   plan.layout.point_format = choose_point_format(description.schema, wide);
-  std::vector<std::byte> descriptors = place_attributes(description.schema, plan.layout);
+  std::vector<std::byte> descriptors =
+      place_attributes(description.schema, description.details, plan.layout);
   std::vector<VariableLengthRecord> records = description.crs;
   if (!descriptors.empty())
     records.push_back({"LASF_Spec", kExtraBytesRecordId, "Extra bytes", std::move(descriptors)});

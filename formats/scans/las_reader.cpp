@@ -53,7 +53,7 @@ LasLayout describe_las(const RandomAccessFile& file, const LasHeader& header,
   layout.point_format = header.point_format;
   layout.record_length_bytes = header.record_length_bytes;
   append_las_fields(header.point_format, info.schema, layout);
-  append_extra_bytes(records.extra_bytes, info.schema, layout);
+  append_extra_bytes(records.extra_bytes, info.schema, layout, info.details);
   return layout;
 }
 

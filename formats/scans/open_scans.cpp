@@ -7,6 +7,7 @@
 #include "formats/error.h"
 #include "formats/lower_case.h"
 #include "formats/random_access_file.h"
+#include "formats/scans/e57/e57_reader.h"
 #include "formats/scans/las_reader.h"
 #include "formats/scans/laz/laz_reader.h"
 #include "formats/scans/pcd_reader.h"
@@ -75,6 +76,7 @@ Readers open_unplaced(const std::filesystem::path& path, const ScanOptions& opti
   if (magic.starts_with("LASF"))
     return is_compressed(path) ? open_one<LazReader>(path, options)
                                : open_one<LasReader>(path, options);
+  if (begins_e57(magic)) return open_e57(path, options);
   if (begins_ply(magic)) return open_one<PlyReader>(path, options);
   if (begins_pcd(magic) || has_suffix(path, {".pcd"})) return open_one<PcdReader>(path, options);
   if (begins_ptx(magic) || has_suffix(path, {".ptx"})) return open_ptx(path, options);
@@ -85,7 +87,7 @@ Readers open_unplaced(const std::filesystem::path& path, const ScanOptions& opti
                .path = path,
                .offset = 0,
                .found = describe(magic, path),
-               .expected = "a LAS, LAZ, PLY, PCD, PTX, PTS or XYZ file"});
+               .expected = "a LAS, LAZ, E57, PLY, PCD, PTX, PTS or XYZ file"});
 }
 
 }  // namespace

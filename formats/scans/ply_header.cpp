@@ -11,6 +11,7 @@
 
 #include "formats/buffered_reader.h"
 #include "formats/error.h"
+#include "formats/scans/crs.h"
 
 namespace cairn::formats {
 namespace {
@@ -60,6 +61,7 @@ class HeaderParser {
     if (next_words() != Words{"ply"}) refuse("not a PLY file", "the word ply");
     bool format_seen = false;
     for (Words words = next_words(); words != Words{"end_header"}; words = next_words()) {
+      if (!words.empty() && words[0] == "comment") keep_comment();
       if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
       if (words[0] == "format")
         parse_format(words, std::exchange(format_seen, true));
@@ -84,6 +86,12 @@ class HeaderParser {
     if (reader_.position() > kMaxHeaderBytes)
       refuse("the PLY header is too long", fmt::format("at most {} bytes", kMaxHeaderBytes));
     return split(line_);
+  }
+
+  void keep_comment() {
+    std::string_view text = std::string_view(line_).substr(line_.find("comment") + 7);
+    text.remove_prefix(std::min(text.size(), text.find_first_not_of(" \t")));
+    if (header_.crs_comment.empty() && text.starts_with(kCrsComment)) header_.crs_comment = text;
   }
 
   void parse_format(const Words& words, bool again) {

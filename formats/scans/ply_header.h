@@ -41,6 +41,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::kAscii;
   std::vector<PlyElement> elements;
+  std::string
+      crs_comment;  ///< the first comment that tells a coordinate system, see crs.h; or empty
   std::uint64_t data_offset = 0;  ///< of the first byte behind the header
 
   /// Index of the element with this name, if there is one.

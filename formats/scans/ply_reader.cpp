@@ -7,6 +7,7 @@
 
 #include "formats/buffered_reader.h"
 #include "formats/error.h"
+#include "formats/scans/crs.h"
 #include "formats/scans/ply_rows.h"
 #include "formats/scans/resize_block.h"
 
@@ -32,6 +33,7 @@ PlyReader::PlyReader(const std::filesystem::path& path, const ScanOptions& optio
   layout_ = *layout;
   info_.path = path;
   info_.format = fmt::format("PLY {}", name_of(header_.encoding));
+  info_.crs = crs_of_comment(header_.crs_comment);
   info_.claimed_points = vertex().count;
   const bool reached = find_vertices();
   const std::uint64_t most = reached ? most_points() : 0;

@@ -1,9 +1,7 @@
 #include "formats/scans/ply_writer.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <set>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -12,6 +10,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/scans/crs.h"
 #include "formats/scans/ply_header.h"
 #include "formats/scans/resize_block.h"
 
@@ -44,23 +43,6 @@ std::string_view ply_type(ScalarType type) {
   return "double";
 }
 
-/// The name that PLY readers know a part of an attribute by.
-std::string component_name(const Attribute& attribute, std::size_t component) {
-  constexpr std::array<std::string_view, 3> kNormal{"nx", "ny", "nz"};
-  constexpr std::array<std::string_view, 3> kColor{"red", "green", "blue"};
-  if (attribute.name == attribute_name::kNormal && attribute.components == 3)
-    return std::string(kNormal[component]);
-  if (attribute.name == attribute_name::kColor && attribute.components == 3)
-    return std::string(kColor[component]);
-  if (attribute.components == 1) return attribute.name;
-  return fmt::format("{}_{}", attribute.name, component);
-}
-
-bool has_known_parts(const Attribute& attribute) {
-  return attribute.components == 3 &&
-         (attribute.name == attribute_name::kNormal || attribute.name == attribute_name::kColor);
-}
-
 }  // namespace
 
 PlyWriter::PlyWriter(std::filesystem::path path, const ScanInfo& description,
@@ -81,30 +63,24 @@ PlyWriter::PlyWriter(std::filesystem::path path, const ScanInfo& description,
 }
 
 void PlyWriter::plan_properties() {
-  const Schema& schema = description_.schema;
-  std::set<std::string> taken{"x", "y", "z"};
-  for (const Attribute& attribute : schema)
-    for (std::size_t i = 0; has_known_parts(attribute) && i < 3; ++i)
-      taken.insert(component_name(attribute, i));
   row_size_bytes_ = kPositionBytes;
-  for (std::size_t a = 0; a < schema.size(); ++a)
-    for (std::size_t c = 0; c < schema[a].components; ++c) {
-      const std::string base = component_name(schema[a], c);
-      std::string name = base;
-      for (int number = 2; !has_known_parts(schema[a]) && !taken.insert(name).second; ++number)
-        name = fmt::format("{}_{}", base, number);
-      properties_.push_back({name, schema[a].type, a, c, row_size_bytes_});
-      row_size_bytes_ += size_bytes(schema[a].type);
-    }
+  for (NamedComponent& component : named_components(description_.schema)) {
+    const std::size_t size = size_bytes(component.type);
+    properties_.push_back({std::move(component), row_size_bytes_});
+    row_size_bytes_ += size;
+  }
 }
 
 /// The same number of bytes for any number of points up to the expected one: the comment gives way.
 std::string PlyWriter::header(std::uint64_t points) const {
   const std::string count = fmt::format("{}", points);
   const std::size_t slack = fmt::format("{}", expected_points_).size() - count.size();
-  std::string text = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment written by cairn{}\nelement vertex {}\n",
-      std::string(slack, ' '), count);
+  std::string text =
+      fmt::format("ply\nformat binary_little_endian 1.0\ncomment written by cairn{}\n",
+                  std::string(slack, ' '));
+  if (const std::string crs = crs_text(description_.crs); !crs.empty())
+    text += fmt::format("comment {}{}\n", kCrsComment, crs);
+  text += fmt::format("element vertex {}\n", count);
   for (const char* axis : {"x", "y", "z"}) text += fmt::format("property double {}\n", axis);
   for (const Property& property : properties_)
     text += fmt::format("property {} {}\n", ply_type(property.type), property.name);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/part_file.h"
+#include "formats/scans/component_names.h"
 #include "formats/scans/scan_writer.h"
 
 namespace cairn::formats {
@@ -20,13 +21,8 @@ class PlyWriter : public ScanWriter {
   void finish() override;
 
  private:
-  /// One property behind the position.
-  struct Property {
-    std::string name;
-    ScalarType type =
-        ScalarType::kU8;  ///< of the attribute; 64-bit integers are written as doubles
-    std::size_t attribute = 0;
-    std::size_t component = 0;
+  /// One property behind the position; 64-bit integers are written as doubles.
+  struct Property : NamedComponent {
     std::size_t offset_bytes = 0;  ///< in the row
   };
 

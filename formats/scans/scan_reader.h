@@ -26,6 +26,19 @@ struct VariableLengthRecord {
   friend bool operator==(const VariableLengthRecord&, const VariableLengthRecord&) = default;
 };
 
+/// What a LAS file tells of one of its extra bytes beside name and type. Values stay as they are stored: what they mean is
+/// offset + scale * value. Scale, offset and no-data are of single values only, not of pairs and triples.
+struct AttributeDetails {
+  std::string attribute;  ///< its name in the schema
+  std::string name;       ///< in the file
+  std::string description;
+  std::optional<double> scale;
+  std::optional<double> offset;
+  /// The stored value that stands for none: 64 bits of an unsigned or signed integer or of a double, as the type is.
+  std::optional<std::uint64_t> no_data;
+  friend bool operator==(const AttributeDetails&, const AttributeDetails&) = default;
+};
+
 struct ScanInfo {
   std::filesystem::path path;
   std::string part;    ///< which scan of a file that holds several: "scan 2"; else empty
@@ -42,6 +55,7 @@ struct ScanInfo {
   /// has counted. They are not read.
   std::uint64_t uncounted_records = 0;
   std::vector<VariableLengthRecord> crs;
+  std::vector<AttributeDetails> details;  ///< at most one an attribute
   std::optional<Pose> pose;  ///< of the scan's frame in the world, as the file tells it
   /// Where the sensor stood, in the frame of the points that are handed out.
   std::optional<Vector3> sensor;

@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
+#include <span>
+#include <string_view>
 
 #include "formats/point_block.h"
 #include "formats/scans/scan_reader.h"
@@ -25,12 +26,27 @@ class ScanWriter {
   virtual void finish() = 0;
 };
 
-enum class ScanFormat { kLas, kPly };
+/// A format that scans can be written in: a line of the table in scan_writer.cpp and a writer.
+struct ScanFormat {
+  using Create = std::unique_ptr<ScanWriter> (*)(const std::filesystem::path& path,
+                                                 const ScanInfo& description,
+                                                 std::uint64_t expected_points, bool replace);
 
-/// The format that a file of this name is written in, by its suffix in any case; nothing for other suffixes.
-std::optional<ScanFormat> scan_format_of(const std::filesystem::path& path);
+  std::string_view name;  ///< "las"
+  std::span<const std::string_view>
+      suffixes;  ///< in lower case, with the dot; the first is the usual one
+  bool takes_steps =
+      false;  ///< keeps a grid's steps if positions come as kSteps; else kFloat64 is as good
+  Create create = nullptr;
+};
 
-/// Creates a writer by the suffix of `path`, .las or .ply (kUsage for others). Of `description` the schema, the
+std::span<const ScanFormat> scan_formats();
+/// The format of this name; null if there is none.
+const ScanFormat* scan_format_named(std::string_view name);
+/// The format that a file of this name is written in, by its suffix in any case; null for other suffixes.
+const ScanFormat* scan_format_of(const std::filesystem::path& path);
+
+/// Creates a writer of `format`. Of `description` the schema, the
 /// encoding, scale, offset (kSteps: world = offset + scale * step) and crs are used. At most
 /// `expected_points` points may be written. What stands at `path` when the writer finishes is replaced if `replace`
 /// is given, else finish() throws kUsage and it stays.
@@ -42,10 +58,20 @@ std::optional<ScanFormat> scan_format_of(const std::filesystem::path& path);
 /// Point formats 6 to 10 say that the CRS is in WKT, as the specification demands; a CRS that is known as
 /// GeoTIFF keys alone is written as those keys all the same.
 ///
-/// PLY is binary little-endian with world coordinates as doubles; it has no CRS, so that is not written.
+/// PLY is binary little-endian with world coordinates as doubles; a CRS stands in a comment, see crs_text.
 /// Attributes of several components get one property each, NAME_0, NAME_1, ...; 64-bit integers, which PLY
 /// lacks, are written as doubles if that is exact, else refused (kUsage), as are more properties than the PLY
 /// reader takes.
+///
+/// Texts have a line of names, which are those of PLY, and a line a point; separated by blanks, or by commas where the
+/// suffix is .csv. Coordinates on a grid whose step and offset are decimal fractions are written as the decimals that
+/// they are (see DecimalAxis); all other numbers in the shortest form that reads back the same. A CRS stands in a
+/// comment before the names, but in CSV, which knows no comments. kUsage for more columns than the text reader takes.
+std::unique_ptr<ScanWriter> create_scan_writer(const ScanFormat& format,
+                                               const std::filesystem::path& path,
+                                               const ScanInfo& description,
+                                               std::uint64_t expected_points, bool replace = false);
+/// In the format that the suffix of `path` tells (kUsage for others).
 std::unique_ptr<ScanWriter> create_scan_writer(const std::filesystem::path& path,
                                                const ScanInfo& description,
                                                std::uint64_t expected_points, bool replace = false);

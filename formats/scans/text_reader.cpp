@@ -7,6 +7,7 @@
 
 #include "formats/error.h"
 #include "formats/lower_case.h"
+#include "formats/scans/crs.h"
 #include "formats/scans/parse_number.h"
 
 namespace cairn::formats {
@@ -138,7 +139,8 @@ TextReader::TextReader(const std::filesystem::path& path, const ScanOptions& opt
   info_.encoding = PositionEncoding::kFloat64;
   info_.guesses_color_width = true;
   LineReader lines(file_, text_start(file_));
-  const Head head = read_head(lines, options);
+  Head head = read_head(lines, options);
+  info_.crs = std::move(head.crs);
   rows_.counts_between = head.count.has_value();
   const std::size_t columns = count_columns(lines, head, options);
   std::vector<std::string> names = names_of(head, columns, lines, options);
@@ -167,6 +169,10 @@ TextReader::Head TextReader::read_head(LineReader& lines, const ScanOptions& opt
   Head head;
   while (lines.next_or_comment()) {
     if (is_comment(lines.line())) {
+      if (auto crs = crs_of_comment(comment_text(lines.line())); !crs.empty()) {
+        if (head.crs.empty()) head.crs = std::move(crs);
+        continue;
+      }
       auto names = names_in(fields_of(comment_text(lines.line())));
       if (find_position(names)) head.comment = std::move(names);
       continue;

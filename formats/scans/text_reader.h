@@ -30,10 +30,11 @@ class TextReader : public ScanReader {
  private:
   /// What stands before the first row.
   struct Head {
-    std::vector<std::string> names;      ///< of a header line
-    std::vector<std::string> comment;    ///< the last comment that names a position
-    std::optional<std::uint64_t> count;  ///< of the first block
-    bool has_row = false;                ///< the reader stands on the first row
+    std::vector<std::string> names;         ///< of a header line
+    std::vector<std::string> comment;       ///< the last comment that names a position
+    std::optional<std::uint64_t> count;     ///< of the first block
+    std::vector<VariableLengthRecord> crs;  ///< of the first comment that tells one
+    bool has_row = false;                   ///< the reader stands on the first row
   };
   std::size_t count_columns(const LineReader& lines, const Head& head, const ScanOptions& options);
   Head read_head(LineReader& lines, const ScanOptions& options) const;

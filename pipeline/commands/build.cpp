@@ -55,7 +55,7 @@ class BuildCommand : public Command {
     SettingLayer flags = given_flags(flags_);
     const std::vector<std::filesystem::path> configs = take_configs(flags);
     if (configs.size() > 1) return build_batch(configs, flags, stop);
-    print_results(
+    print_report(
         build_one(flags, configs.empty() ? std::nullopt : std::optional(configs.front()), stop)
             .text);
     return 0;
@@ -125,7 +125,7 @@ class BuildCommand : public Command {
     for (const std::filesystem::path& config : configs) {
       try {
         const Built built = build_one(flags, config, stop);
-        print_results(built.text + "\n");
+        print_report(built.text + "\n");
         summary +=
             fmt::format("{:<10}  {:>15}  {:>10}  {:>9}  {} -> {}\n", "built",
                         with_commas(built.points), human_bytes(built.size_bytes),

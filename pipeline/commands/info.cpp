@@ -27,15 +27,15 @@ class InfoCommand : public DatasetCommand {
     parser_.add_flag("--json", json_, "as one JSON object");
   }
 
-  int run(const std::stop_token&) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+  int run(const std::stop_token& stop) override {
+    const auto dataset = open_dataset(stop);
     if (json_) {
       print_results(dataset_json(dataset) + "\n");
       return 0;
     }
-    print_results(dataset_text(dataset, dataset_));
+    print_report(dataset_text(dataset, dataset_));
     if (const auto run = read_run_record(dataset_))
-      print_results("\n" + build_text(*run, dataset.header().points));
+      print_report("\n" + build_text(*run, dataset.header().points));
     return 0;
   }
 

@@ -81,7 +81,7 @@ class MeasureCommand : public DatasetCommand {
   }
 
   int run(const std::stop_token& stop) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+    const auto dataset = open_dataset(stop);
     const std::optional<PictureOptions> wanted = pictures_.options(dataset);
     const stages::Scans scans = against_.open();
     stages::MeasureOptions options{.sample = sample(), .against = {}, .true_distance = {}};
@@ -109,7 +109,7 @@ class MeasureCommand : public DatasetCommand {
     if (json_)
       print_results(measure_json(report, pictures ? &*pictures : nullptr));
     else
-      print_results(measure_text(report, dataset_) + (pictures ? pictures_text(*pictures) : ""));
+      print_report(measure_text(report, dataset_) + (pictures ? pictures_text(*pictures) : ""));
     require_held(report);
     return 0;
   }

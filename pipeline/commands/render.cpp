@@ -3,10 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <thread>
 
@@ -45,6 +47,40 @@ constexpr const char* kFooter =
     "  cairn render site.cairn -o near.png --camera 10,20,5/0,0,0\n"
     "  cairn render site.cairn --path walk.toml -o walk.csv && scripts/plot_walk.py walk.csv";
 
+using Clock = std::chrono::steady_clock;
+
+/// Follows what drawing a dataset behind a network takes, frame by frame.
+class NetworkWatch {
+ public:
+  NetworkWatch(const formats::DatasetReader& dataset, const formats::SectionSet& sections)
+      : dataset_(dataset), sections_(sections) {}
+
+  void note(const viewer::Selection& drawn, const viewer::FrameStatistics& frame,
+            double elapsed_s) {
+    if (!dataset_.is_remote()) return;
+    drawn_.insert(drawn.nodes.begin(), drawn.nodes.end());
+    if (!first_picture_s_) first_picture_s_ = elapsed_s;
+    if (!full_front_s_ && frame.missing == 0 && frame.unreachable == 0) full_front_s_ = elapsed_s;
+  }
+
+  std::optional<NetworkFacts> facts() const {
+    if (!dataset_.is_remote()) return std::nullopt;
+    NetworkFacts facts{.access = dataset_.access(),
+                       .drawn_bytes = dataset_.index_size_bytes(),
+                       .first_picture_s = first_picture_s_.value_or(0),
+                       .full_front_s = full_front_s_};
+    for (const viewer::NodeIndex node : drawn_)
+      facts.drawn_bytes += dataset_.size_bytes(formats::NodeId{node}, sections_);
+    return facts;
+  }
+
+ private:
+  const formats::DatasetReader& dataset_;
+  formats::SectionSet sections_;
+  std::set<viewer::NodeIndex> drawn_;  ///< in any frame
+  std::optional<double> first_picture_s_, full_front_s_;
+};
+
 class RenderCommand : public DatasetCommand {
  public:
   explicit RenderCommand(CLI::App& program)
@@ -62,6 +98,12 @@ class RenderCommand : public DatasetCommand {
                   "with --path: every frame waits for all its nodes, for pictures and measuring")
         ->option_text(" ")  // "Needs: --path" else, which the help says already
         ->needs("--path");
+    parser_
+        .add_flag("--real-time", real_time_,
+                  "with --path: no frame is drawn before its time, as in a window")
+        ->option_text(" ")
+        ->needs("--path")
+        ->excludes("--wait");
     parser_
         .add_option("--last-frame", last_frame_, "with --path: write the last frame as a picture")
         ->option_text("FILE.png")
@@ -88,7 +130,8 @@ class RenderCommand : public DatasetCommand {
 
  private:
   int draw(const std::stop_token& stop) {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+    begin_ = Clock::now();
+    const auto dataset = open_dataset(stop);
     const viewer::LodTree tree(dataset.tree(), dataset.header().grid, dataset.nodes());
     if (!path_.empty()) return draw_walk(dataset, tree, stop);
     return draw_picture(dataset, tree, stop);
@@ -136,8 +179,11 @@ class RenderCommand : public DatasetCommand {
     if (stop.stop_requested()) throw stages::Stopped{};
     warn(frame);
     viewer::write_png(pictures.renderer().picture(), output_);
-    const PictureFacts told{
-        mode_, view, viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    PictureFacts told{mode_, view,
+                      viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    NetworkWatch network(dataset, sections_of(plan, dataset.header()));
+    network.note(pictures.scene().drawn(), frame, elapsed_s());
+    told.network = network.facts();
     print_results(stats_ == "json" ? frame_json(frame, told)
                                    : output_ + "\n" + frame_text(frame, told));
     return 0;
@@ -153,26 +199,35 @@ class RenderCommand : public DatasetCommand {
     const viewer::FramePlan plan = plan_frame(facts, {}, wishes, queries);
     viewer::SelectionLimits limits = viewing_.limits();
     limits.cull_back_faces = plan.cull_back_faces;
-    viewer::DatasetView pictures = open(dataset, tree, plan, /*prefetch=*/true);
-    WalkReport report;
+    // Beside the picture lies what may never be looked at: over a network it is fetched on demand.
+    viewer::DatasetView pictures = open(dataset, tree, plan, /*prefetch=*/!dataset.is_remote());
+    WalkReport report(dataset.is_remote());
+    NetworkWatch network(dataset, sections_of(plan, dataset.header()));
+    const Clock::time_point start = Clock::now();
     std::optional<viewer::View> view;
     for (const viewer::TimedCamera& at : walk.frames(walk.frames_per_second())) {
       if (stop.stop_requested()) throw stages::Stopped{};
+      if (real_time_)
+        std::this_thread::sleep_until(start + std::chrono::duration<double>(at.time_s));
       view = view_of(tree, at.camera);
       viewer::Scene& scene = pictures.scene();
       const auto frame = wait_ ? scene.draw_settled(*view, limits, wishes, stop)
                                : scene.draw(*view, limits, wishes, queries);
       warn(frame);
-      report.add(at.time_s, frame);
+      network.note(scene.drawn(), frame, elapsed_s());
+      report.add(at.time_s, frame, elapsed_s(), dataset.access().fetched_bytes);
     }
     write_table(report.csv());
     if (!last_frame_.empty()) viewer::write_png(pictures.renderer().picture(), last_frame_);
-    const PictureFacts told{
-        mode_, *view, viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    PictureFacts told{mode_, *view,
+                      viewer::section_names(sections_of(plan, dataset.header()), dataset.header())};
+    told.network = network.facts();
     print_results(stats_ == "json" ? report.summary_json(told)
                                    : output_ + "\n" + report.summary_text(told));
     return 0;
   }
+
+  double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
   void write_table(const std::string& table) const {
     formats::PartFile rows(output_, force_);
@@ -190,10 +245,12 @@ class RenderCommand : public DatasetCommand {
   std::string mode_ = "cpu";
   std::string path_;
   bool wait_ = false;
+  bool real_time_ = false;
   std::string last_frame_;
   std::string stats_ = "text";
   unsigned threads_ = std::max(1U, std::thread::hardware_concurrency());
   bool force_ = false;
+  Clock::time_point begin_;
   std::unique_ptr<viewer::HeadlessContext> context_;
 };
 

@@ -30,11 +30,13 @@ class ReportCommand : public DatasetCommand {
     parser_.add_flag("--json", json_, "as one JSON object");
   }
 
-  int run(const std::stop_token&) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+  int run(const std::stop_token& stop) override {
+    const auto dataset = open_dataset(stop);
     const auto run = read_run_record(dataset_);
-    print_results(json_ ? quality_json(dataset, dataset_, run) + "\n"
-                        : quality_text(dataset, dataset_, run));
+    if (json_)
+      print_results(quality_json(dataset, dataset_, run) + "\n");
+    else
+      print_report(quality_text(dataset, dataset_, run));
     return 0;
   }
 

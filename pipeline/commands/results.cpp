@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "formats/error.h"
+#include "pipeline/terminal.h"
 
 namespace cairn::pipeline {
 
@@ -13,5 +14,7 @@ void print_results(std::string_view text) {
   if ((!written || std::fflush(stdout) != 0) && errno != EPIPE)
     formats::throw_system("cannot write the results to", "stdout", errno);
 }
+
+void print_report(std::string_view text) { print_results(Paint::for_stdout().headings_of(text)); }
 
 }  // namespace cairn::pipeline

@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/manual/manual.h"
+
 namespace cairn::pipeline {
 namespace {
 
@@ -21,6 +23,15 @@ CLI::Option* add(CLI::App& parser, const Setting& setting, const std::string& he
   return option;
 }
 
+/// Lets the parser know the words that a setting allows, for those that ask it: completions. Refusing others is left to
+/// the setting, which can tell where they were given.
+void name_choices(CLI::Option& option, const Setting& setting) {
+  const std::vector<std::string> words = words_of_choice(setting.allowed);
+  if (setting.kind == SettingKind::kSwitch || words.empty()) return;
+  option.check(CLI::Validator([](const std::string&) { return std::string(); },
+                              fmt::format("{{{}}}", fmt::join(words, ","))));
+}
+
 std::string help_of(const Setting& setting) {
   std::string help(setting.help);
   if (setting.kind != SettingKind::kSwitch) help += fmt::format(" ({})", setting.allowed);
@@ -35,6 +46,7 @@ Flag declare_flag(CLI::App& parser, const Setting& setting) {
   CLI::Option* option = add(parser, setting, help_of(setting));
   if (setting.kind != SettingKind::kSwitch) option->option_text(std::string(setting.value));
   option->group(std::string(setting.group));
+  name_choices(*option, setting);
   return {&setting, option};
 }
 

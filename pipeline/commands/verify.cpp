@@ -12,6 +12,7 @@
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/progress.h"
+#include "pipeline/terminal.h"
 #include "pipeline/verify_report.h"
 
 namespace cairn::pipeline {
@@ -39,7 +40,7 @@ class VerifyCommand : public DatasetCommand {
   }
 
   int run(const std::stop_token& stop) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+    const auto dataset = open_dataset(stop);
     const stages::Scans scans = against_.open();
     const stages::VerifyReport report = [&] {
       const auto progress = make_progress(*progress_mode_named(progress_));
@@ -50,7 +51,10 @@ class VerifyCommand : public DatasetCommand {
                               .stop = stop};
       return stages::verify_dataset(context, dataset, source_of(scans, dataset, context));
     }();
-    print_results(json_ ? verify_json(report) : verify_text(report, dataset_));
+    if (json_)
+      print_results(verify_json(report));
+    else
+      print_report(verify_text(report, dataset_, Paint::for_stdout()));
     if (!report.held())
       throw formats::Error(formats::ErrorKind::kInvariant, {.what = broken_promises(report)});
     return 0;

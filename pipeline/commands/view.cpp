@@ -34,6 +34,7 @@ constexpr const char* kFooter =
     "\n"
     "Examples:\n"
     "  cairn view site.cairn\n"
+    "  cairn view http://host/site.cairn\n"
     "  cairn view site.cairn --budget 10M --pixel-error 1\n"
     "  cairn view site.cairn --color level --camera 10,20,5/0,0,0\n"
     "  cairn view site.cairn --path walk-0001.toml --screenshots pictures";
@@ -59,7 +60,7 @@ class ViewCommand : public DatasetCommand {
   }
 
   int run(const std::stop_token& stop) override {
-    const auto dataset = formats::DatasetReader::open(dataset_);
+    const auto dataset = open_dataset(stop);
     const viewer::LodTree tree(dataset.tree(), dataset.header().grid, dataset.nodes());
     const auto end = view_dataset(dataset, tree, options(dataset, tree), stop);
     if (stop.stop_requested()) throw stages::Stopped{};
@@ -77,8 +78,7 @@ class ViewCommand : public DatasetCommand {
     options.size = viewing_.size();
     options.cache.bytes = viewing_.cache_bytes();
     options.cache.loader_threads = std::max(1U, std::thread::hardware_concurrency() / 2);
-    const std::filesystem::path folder(dataset_);
-    const std::string name = (folder.has_filename() ? folder : folder.parent_path()).filename();
+    const std::string name = formats::Location(dataset_).name();
     options.title = fmt::format("{} ({} points) - cairn", printable(name),
                                 with_commas(dataset.header().points));
     if (!path_.empty()) options.walk = viewer::read_walk(path_);

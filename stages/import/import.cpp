@@ -36,6 +36,8 @@ struct Reading {
   std::uint64_t no_return = 0;
   ScanBox box = {};
   std::uint64_t checksum = 0;  ///< of its records in the array
+  std::uint64_t brightest =
+      0;  ///< see ScanLedger; as wide as the others, so that no padding is logged
 };
 
 /// The units of import are its stretches; when all are read, the grid.
@@ -101,6 +103,22 @@ formats::RecordLayout native_layout(const formats::Schema& schema, const Scans& 
   return layout;
 }
 
+/// The largest value of a block's colors, which are of 8 or 16 bits.
+std::uint64_t brightest_of(const PointBlock& block, const formats::Schema& schema) {
+  const auto color = formats::find_attribute(schema, formats::attribute_name::kColor);
+  if (!color) return 0;
+  const std::span<const std::byte> column(block.columns[*color].data(),
+                                          block.count * schema[*color].size_bytes());
+  std::uint16_t brightest = 0;
+  if (schema[*color].type == formats::ScalarType::kU16)
+    for (std::size_t at = 0; at < column.size(); at += 2)
+      brightest = std::max(brightest, formats::load_le<std::uint16_t>(&column[at]));
+  else if (schema[*color].type == formats::ScalarType::kU8)
+    for (const std::byte value : column)
+      brightest = std::max(brightest, std::to_integer<std::uint16_t>(value));
+  return brightest;
+}
+
 Reading read_stretch(const formats::ScanReader& scan, const RecordConverter& converter,
                      ImportedPoints& points, const Stretch& stretch, const Context& context) {
   Reading reading;
@@ -123,6 +141,7 @@ Reading read_stretch(const formats::ScanReader& scan, const RecordConverter& con
     reading.read += records;
     reading.kept += kept;
     reading.no_return += block.no_return;
+    reading.brightest = std::max(reading.brightest, brightest_of(block, scan.info().schema));
     checksum.add(std::span(out, kept * stride));
     array.release(at, kept * stride);
     at += kept * stride;
@@ -310,6 +329,8 @@ void keep_ledger(ImportedPoints& points, const Scans& scans, const std::vector<S
     points.ledger[scan].read += readings[i].read;
     points.ledger[scan].kept += readings[i].kept;
     points.ledger[scan].no_return += readings[i].no_return;
+    points.ledger[scan].brightest =
+        std::max(points.ledger[scan].brightest, static_cast<std::uint16_t>(readings[i].brightest));
     points.points += readings[i].kept;
     if (readings[i].kept > 0)
       points.runs.push_back({scan, stretches[i].first_slot * points.stride, readings[i].kept});

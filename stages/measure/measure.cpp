@@ -52,20 +52,21 @@ struct Shared {
 class SubtreeMeasure {
  public:
   SubtreeMeasure(const Context& context, const DatasetReader& dataset,
-                 const std::vector<MeasuredAttribute>& attributes)
+                 const std::vector<MeasuredAttribute>& attributes, NodeId top)
       : context_(context),
         dataset_(dataset),
         attributes_(attributes),
-        path_(dataset, sections_of(attributes)),
+        top_(top),
+        path_(dataset, sections_of(attributes), nodes_of_walk(dataset.tree(), top)),
         sums_(dataset.tree().leaf_level(),
               {.distance = {}, .attributes = std::vector<Deviation>(attributes.size())}),
         distances_(dataset.tree().leaf_level()) {}
 
-  /// The sums of all leaves below `top`, by level; the rest goes to `shared`.
-  std::vector<LevelSums> run(NodeId top, Shared& shared) {
-    const std::vector<NodeId> down = nodes_down_to(dataset_.tree(), top);
+  /// The sums of all leaves below the top, by level; the rest goes to `shared`.
+  std::vector<LevelSums> run(Shared& shared) {
+    const std::vector<NodeId> down = nodes_down_to(dataset_.tree(), top_);
     for (Level level = 0; level + 1 < down.size(); ++level) path_.enter(level, down[level]);
-    visit(static_cast<Level>(down.size() - 1), top);
+    visit(static_cast<Level>(down.size() - 1), top_);
     const std::lock_guard lock(shared.mutex);
     for (Level level = 0; level < distances_.size(); ++level)
       shared.distances[level].add(distances_[level]);
@@ -118,6 +119,7 @@ class SubtreeMeasure {
   const Context& context_;
   const DatasetReader& dataset_;
   const std::vector<MeasuredAttribute>& attributes_;
+  const NodeId top_;
   NodePath path_;
   std::vector<LevelSums> sums_;
   std::vector<DeviationHistogram> distances_;  ///< by level
@@ -206,7 +208,7 @@ ErrorReport measure_dataset(const Context& context, const DatasetReader& dataset
   std::vector<std::vector<LevelSums>> subtrees(tree.nodes_on(top_level));
   run_in_arena(context.threads, [&] {
     for_each_piece(subtrees.size(), [&](std::uint64_t i) {
-      subtrees[i] = SubtreeMeasure(context, dataset, attributes).run(tree.id(top_level, i), shared);
+      subtrees[i] = SubtreeMeasure(context, dataset, attributes, tree.id(top_level, i)).run(shared);
     });
   });
   ErrorReport report{.leaf_points = dataset.header().points,

@@ -21,11 +21,11 @@ constexpr double kSlack = 1e-9;
 
 class Walk {
  public:
-  Walk(const Context& context, const DatasetReader& dataset, Level top_level)
+  Walk(const Context& context, const DatasetReader& dataset, NodeId top)
       : context_(context),
         dataset_(dataset),
-        top_level_(top_level),
-        path_(dataset, formats::all_sections()),
+        top_level_(dataset.tree().level_of(top)),
+        path_(dataset, formats::all_sections(), nodes_of_walk(dataset.tree(), top)),
         sums_(dataset.tree().leaf_level() + 1) {}
 
   /// Goes down from the root to `top`, then through all below it.
@@ -116,7 +116,7 @@ void check_rms(const DatasetReader& dataset, NodeId node, const ErrorSum& sum, F
 }
 
 SubtreeResult walk_subtree(const Context& context, const DatasetReader& dataset, NodeId top) {
-  return Walk(context, dataset, dataset.tree().level_of(top)).run(top);
+  return Walk(context, dataset, top).run(top);
 }
 
 }  // namespace cairn::stages

@@ -314,10 +314,179 @@ class PlyWriter : public ScanWriter {
   ByteSink sink_;
 };
 
+/// The logical bytes of an E57 file, cut into pages that end in a checksum.
+class PageSink {
+ public:
+  static constexpr std::size_t kPageBytes = 1024, kPayloadBytes = 1020;
+
+  static std::uint64_t physical(std::uint64_t logical) {
+    return logical / kPayloadBytes * kPageBytes + logical % kPayloadBytes;
+  }
+
+  explicit PageSink(const std::string& path) : sink_(path) {
+    for (std::uint32_t byte = 0; byte < 256; ++byte) {
+      table_[byte] = byte;
+      for (int bit = 0; bit < 8; ++bit)
+        table_[byte] = (table_[byte] >> 1) ^ ((table_[byte] & 1) != 0 ? 0x82f63b78U : 0);
+    }
+  }
+
+  template <typename T>
+  void put(T value) {
+    put_bytes(std::string_view(reinterpret_cast<const char*>(&value), sizeof value));
+  }
+  void put_bytes(std::string_view bytes) {
+    while (!bytes.empty()) {
+      const std::string_view part = bytes.substr(0, kPayloadBytes - page_.size());
+      page_ += part;
+      bytes.remove_prefix(part.size());
+      if (page_.size() == kPayloadBytes) put_page();
+    }
+  }
+  void finish() {
+    page_.resize(page_.empty() ? 0 : kPayloadBytes, ' ');
+    if (!page_.empty()) put_page();
+    sink_.flush();
+  }
+
+ private:
+  void put_page() {
+    std::uint32_t crc = 0xffffffffU;
+    for (const char byte : page_)
+      crc = (crc >> 8) ^ table_[(crc ^ static_cast<unsigned char>(byte)) & 0xff];
+    sink_.put_bytes(page_);
+    sink_.put(__builtin_bswap32(~crc));
+    page_.clear();
+  }
+
+  ByteSink sink_;
+  std::array<std::uint32_t, 256> table_{};
+  std::string page_;
+};
+
+/// E57 of one scan: coordinates in millimetres of 21 bits, which cross bytes, intensities of 16 and colours of 8.
+class E57Writer : public ScanWriter {
+ public:
+  E57Writer(const std::string& path, std::uint64_t count) : sink_(path), left_(count) {
+    const std::uint64_t full = count / kPacketRecords, rest = count % kPacketRecords;
+    const std::uint64_t section_bytes = kSectionHeaderBytes + full * packet_bytes(kPacketRecords) +
+                                        (rest > 0 ? packet_bytes(rest) : 0);
+    xml_ = xml(count);
+    const std::uint64_t xml_at = kHeaderBytes + section_bytes;
+    const std::uint64_t pages = (xml_at + xml_.size() - 1) / PageSink::kPayloadBytes + 1;
+    sink_.put_bytes("ASTM-E57");
+    sink_.put(std::uint32_t{1});
+    sink_.put(std::uint32_t{0});
+    sink_.put(pages * PageSink::kPageBytes);
+    sink_.put(PageSink::physical(xml_at));
+    sink_.put(std::uint64_t{xml_.size()});
+    sink_.put(std::uint64_t{PageSink::kPageBytes});
+    sink_.put(std::uint64_t{1});  // a section of points
+    sink_.put(section_bytes);
+    sink_.put(PageSink::physical(kHeaderBytes + kSectionHeaderBytes));
+    sink_.put(std::uint64_t{0});  // no index
+  }
+
+  void write(const Point& point) override {
+    const std::array world = {point.position.x, point.position.y, point.position.z};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      put_bits(axis, static_cast<std::uint64_t>(std::lround(world[axis] * 1000) - kLeast));
+    put_bits(3, point.intensity);
+    for (std::size_t channel = 0; channel < 3; ++channel)
+      put_bits(4 + channel, point.colour[channel]);
+    --left_;
+    if (++records_ == kPacketRecords || left_ == 0) put_packet();
+  }
+
+  void finish() override {
+    sink_.put_bytes(xml_);
+    sink_.finish();
+  }
+
+ private:
+  static constexpr std::size_t kHeaderBytes = 48, kSectionHeaderBytes = 32;
+  // A packet holds at most 64 KiB, and streams have whole bytes for a multiple of eight records.
+  static constexpr std::uint64_t kPacketRecords = 4096;
+  static constexpr std::array<unsigned, 7> kBits{21, 21, 21, 16, 8, 8, 8};
+  static constexpr std::int64_t kLeast = -1048576;
+
+  static std::uint64_t packet_bytes(std::uint64_t records) {
+    std::uint64_t bytes = 6 + 2 * kBits.size();
+    for (const unsigned bits : kBits) bytes += (records * bits + 7) / 8;
+    return (bytes + 3) / 4 * 4;
+  }
+
+  static std::string xml(std::uint64_t count) {
+    std::string text =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<e57Root type=\"Structure\" "
+        "xmlns=\"http://www.astm.org/COMMIT/E57/2010-e57-v1.0\"><data3D type=\"Vector\" "
+        "allowHeterogeneousChildren=\"1\"><vectorChild type=\"Structure\"><points "
+        "type=\"CompressedVector\" fileOffset=\"48\" recordCount=\"" +
+        std::to_string(count) + "\"><prototype type=\"Structure\">\n";
+    for (const char axis : {'X', 'Y', 'Z'})
+      text += std::string("<cartesian") + axis +
+              " type=\"ScaledInteger\" minimum=\"-1048576\" maximum=\"1048575\" "
+              "scale=\"0.001\"/>\n";
+    text += "<intensity type=\"Integer\" minimum=\"0\" maximum=\"65535\"/>\n";
+    for (const char* channel : {"Red", "Green", "Blue"})
+      text +=
+          std::string("<color") + channel + " type=\"Integer\" minimum=\"0\" maximum=\"255\"/>\n";
+    return text +
+           "</prototype><codecs type=\"Vector\" allowHeterogeneousChildren=\"1\"/></points>"
+           "</vectorChild></data3D></e57Root>\n";
+  }
+
+  void put_bits(std::size_t stream, std::uint64_t value) {
+    Bits& bits = streams_[stream];
+    bits.pending |= value << bits.count;
+    for (bits.count += kBits[stream]; bits.count >= 8; bits.count -= 8) {
+      bits.bytes += static_cast<char>(bits.pending & 0xff);
+      bits.pending >>= 8;
+    }
+  }
+
+  void put_packet() {
+    const std::uint64_t size = packet_bytes(records_);
+    std::string packet(1, '\1');
+    const auto put16 = [&](std::uint64_t value) {
+      packet += static_cast<char>(value & 0xff);
+      packet += static_cast<char>(value >> 8 & 0xff);
+    };
+    packet += '\0';
+    put16(size - 1);
+    put16(streams_.size());
+    for (Bits& bits : streams_) {
+      if (bits.count > 0) bits.bytes += static_cast<char>(bits.pending);
+      bits.pending = bits.count = 0;
+      put16(bits.bytes.size());
+    }
+    for (Bits& bits : streams_) {
+      packet += bits.bytes;
+      bits.bytes.clear();
+    }
+    packet.resize(size);
+    sink_.put_bytes(packet);
+    records_ = 0;
+  }
+
+  struct Bits {
+    std::string bytes;
+    std::uint64_t pending = 0;
+    unsigned count = 0;
+  };
+
+  PageSink sink_;
+  std::uint64_t left_;
+  std::uint64_t records_ = 0;
+  std::string xml_;
+  std::array<Bits, kBits.size()> streams_;
+};
+
 std::unique_ptr<ScanWriter> open_writer(const std::string& path, std::uint64_t count) {
   if (path.ends_with(".las")) return std::make_unique<LasWriter>(path, count);
   if (path.ends_with(".ply")) return std::make_unique<PlyWriter>(path, count);
-  throw std::runtime_error("the output's name must end in .las or .ply");
+  if (path.ends_with(".e57")) return std::make_unique<E57Writer>(path, count);
+  throw std::runtime_error("the output's name must end in .las, .ply or .e57");
 }
 
 }  // namespace
@@ -329,7 +498,7 @@ int main(int argc, char** argv) {
   app.add_option("--points", count, "number of points")->required();
   app.add_option("--shape", shape, "statue, terrain or facade")->check(CLI::IsMember(kShapes));
   app.add_option("--seed", seed, "of jitter and noise; scans of one shape differ by it");
-  app.add_option("-o,--output", output, "file to write, .las or .ply")->required();
+  app.add_option("-o,--output", output, "file to write, .las, .ply or .e57")->required();
   CLI11_PARSE(app, argc, argv);
 
   try {

@@ -14,6 +14,7 @@
 
 #include "formats/dataset/dataset_reader.h"
 #include "formats/error.h"
+#include "formats/random_access_file.h"
 #include "stages/parallel.h"
 #include "tests/bench/spread.h"
 

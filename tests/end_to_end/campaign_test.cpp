@@ -29,15 +29,21 @@ class Campaign : public ProgramTest {
   }
 
   void expect_built_and_proved(const std::string& name, std::uint64_t points) {
+    expect_built_and_proved(name, name, points);
+  }
+
+  /// Where the campaign's scans lie in the folder of another.
+  void expect_built_and_proved(const std::string& name, const std::string& data,
+                               std::uint64_t points) {
     SCOPED_TRACE(name);
-    const Outcome built = build({file(name), "--folder", folder_of(name)});
+    const Outcome built = build({file(name), "--folder", folder_of(data)});
     ASSERT_EQ(built.exit_code, 0) << built.err;
     EXPECT_GT(points, 0U);
     EXPECT_EQ(info().at("points"), points);
     EXPECT_EQ(info().at("dropped"), 0);
     EXPECT_EQ(info().at("missing"), 0);
     const Outcome verified = cairn({"verify", "--progress", "none", output(), "--against",
-                                    file(name), "--folder", folder_of(name)});
+                                    file(name), "--folder", folder_of(data)});
     EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
   }
 };
@@ -73,6 +79,13 @@ TEST_F(LongCampaign, AirborneSurveysAreBuiltAndProved) {
   expect_built_and_proved("autzen", counted("autzen", ".laz"));
   std::filesystem::remove_all(output());
   expect_built_and_proved("bcts", counted("bcts", ".laz"));
+}
+
+TEST_F(LongCampaign, LivoxScansInE57StandBesideTheOthers) {
+  CAIRN_NEEDS_SHARED_DATA();
+  const std::uint64_t points = counted("livox", ".laz") + counted("livox", ".e57");
+  expect_built_and_proved("livox_posed", "livox", points);
+  EXPECT_EQ(info().at("sources").size(), 11U);
 }
 
 }  // namespace

@@ -182,7 +182,7 @@ TEST_F(RoundTrip, EachLevelCanBeExported) {
   EXPECT_EQ(cairn({"export", output(), "-o", folder_ / "x.las", "--level", "4"}).exit_code, 2);
   EXPECT_EQ(cairn({"export", output(), "-o", folder_ / "level0.las"}).exit_code, 2);
   EXPECT_EQ(cairn({"export", output(), "-o", folder_ / "level0.las", "--force"}).exit_code, 0);
-  EXPECT_EQ(cairn({"export", output(), "-o", folder_ / "x.xyz"}).exit_code, 2);
+  EXPECT_EQ(cairn({"export", output(), "-o", folder_ / "x.e57"}).exit_code, 2);
 }
 
 TEST_F(RoundTrip, ThreadsAndMemoryChangeNoByte) {

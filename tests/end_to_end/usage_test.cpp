@@ -31,7 +31,11 @@ TEST_F(Usage, HelpAndVersionAreAnswers) {
     EXPECT_THAT(outcome.out, HasSubstr("Examples:"));
   }
   EXPECT_THAT(cairn({"--version"}).out,
-              ::testing::MatchesRegex("cairn [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+              ::testing::MatchesRegex("cairn [0-9]+\\.[0-9]+\\.[0-9]+\n"
+                                      "codecs none, lzo, lzo999 or zstd; vector instructions "
+                                      "(portable|avx2|avx512)\n"
+                                      "GPL-3.0-or-later\n"));
+  EXPECT_EQ(cairn({"--generate", "tcsh"}).exit_code, 2);
 }
 
 TEST_F(Usage, WrongCommandLinesAreOneLineAndExitCodeTwo) {

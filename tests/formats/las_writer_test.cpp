@@ -287,7 +287,7 @@ TEST_F(LasWriter, NothingAppearsBeforeItIsFinished) {
 
 TEST_F(LasWriter, NeedsAGridAndAKnownSuffix) {
   ScanInfo info = MadeScan().info;
-  EXPECT_THROW(create_scan_writer(folder_ / "out.xyz", info, 2), Error);
+  EXPECT_THROW(create_scan_writer(folder_ / "out.e57", info, 2), Error);
   info.encoding = PositionEncoding::kFloat64;
   EXPECT_THROW(create_scan_writer(folder_ / "out.las", info, 2), Error);
   EXPECT_EQ(files(), 0u);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "formats/dataset/index_file.h"
@@ -85,6 +87,66 @@ TEST_F(MetadataTest, CarriesSettingsSourcesAndCoordinateSystem) {
   std::vector<VariableLengthRecord> crs;
   ASSERT_FALSE(read_metadata_crs(text_, crs));
   EXPECT_EQ(crs, extras.crs);
+}
+
+TEST_F(MetadataTest, OneFileCarriesTheRecordsOfTheFirstSourceThatHasSome) {
+  MetadataExtras extras;
+  for (const std::uint16_t id : {2112, 34735, 34736})
+    extras.crs.push_back({.user_id = "LASF_Projection", .record_id = id});
+  extras.sources = {{.name = "none"}, {.name = "keys", .crs = {1, 2}}, {.name = "wkt", .crs = {0}}};
+  write(extras);
+  EXPECT_EQ(records_of_one_crs(text_, extras.crs), (std::vector{extras.crs[1], extras.crs[2]}));
+  extras.sources.resize(1);  // as where the user gave them
+  write(extras);
+  EXPECT_EQ(records_of_one_crs(text_, extras.crs), extras.crs);
+  EXPECT_EQ(records_of_one_crs(R"({"sources": [{"crs": [7]}]})", extras.crs), extras.crs);
+  EXPECT_EQ(records_of_one_crs(R"({"sources": [{"crs": ["a"]}]})", extras.crs), extras.crs);
+  EXPECT_EQ(records_of_one_crs("", extras.crs), extras.crs);
+}
+
+TEST_F(MetadataTest, DetailsOfExtraBytesComeBackBitByBit) {
+  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+  const std::tuple<ScalarType, std::uint64_t, const char*> cases[] = {
+      {ScalarType::kU64, UINT64_MAX, "18446744073709551615"},
+      {ScalarType::kI16, static_cast<std::uint64_t>(std::int64_t{-9999}), "-9999"},
+      {ScalarType::kF32, bits(-0.1), "-0.1"},
+      {ScalarType::kF64, bits(-HUGE_VAL), "\"-inf\""},
+      {ScalarType::kF64, bits(std::nan("")), "\"nan\""},
+  };
+  for (const auto& [type, no_data, text] : cases) {
+    tree_.header.schema.back() = {.name = "height", .type = type};
+    const AttributeDetails details{.attribute = "height",
+                                   .name = "Height",
+                                   .description = "above ground",
+                                   .scale = 0.001,
+                                   .offset = -1e5,
+                                   .no_data = no_data};
+    const nlohmann::json json = write({.details = {details}});
+    EXPECT_EQ(json["schema"].back()["las"]["no_data"].dump(), text);
+    EXPECT_EQ(json["schema"].back()["las"]["scale"], 0.001);
+    EXPECT_EQ(read_metadata_details(text_), std::vector{details});
+  }
+  write({});
+  EXPECT_TRUE(read_metadata_details(text_).empty());
+}
+
+TEST_F(MetadataTest, BitsOfColorsAreToldWhereTheyAreFewer) {
+  EXPECT_EQ(write({.color_bits = 8})["schema"][1]["bits"], 8);
+  EXPECT_EQ(read_metadata_color_bits(text_), 8U);
+  EXPECT_FALSE(write({})["schema"][1].contains("bits"));
+  EXPECT_EQ(read_metadata_color_bits(text_), std::nullopt);
+}
+
+TEST_F(MetadataTest, HostileDetailsAreNone) {
+  for (const char* text :
+       {"", "[]", "{}", R"({"schema": 5})", R"({"schema": [5, {"las": 5}]})",
+        R"({"schema": [{"name": "a", "type": "uint8", "las": {"name": 7}}]})",
+        R"({"schema": [{"name": "a", "type": "no type", "las": {"name": "A"}}]})",
+        R"({"schema": [{"name": "color", "bits": 99}]})",
+        R"({"schema": [{"name": "color", "bits": "8"}]})"}) {
+    EXPECT_TRUE(read_metadata_details(text).empty()) << text;
+    EXPECT_FALSE(read_metadata_color_bits(text)) << text;
+  }
 }
 
 TEST_F(MetadataTest, CoordinateSystemBytesOfAnyLengthComeBack) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "formats/error.h"
+#include "formats/scans/crs.h"
 #include "formats/scans/scan_writer.h"
 #include "tests/support/las_bytes.h"
 #include "tests/support/manifest.h"
@@ -66,6 +67,24 @@ TEST(PlyWriter, HeaderAndRowsAreAsDescribed) {
   EXPECT_EQ(get_at<std::int16_t>(row, 45), -2);
   EXPECT_EQ(get_at<double>(row, 47), -9007199254740992.0);
   EXPECT_EQ(get_at<std::uint8_t>(row, 55), 5);
+}
+
+TEST(PlyWriter, ACommentTellsTheCoordinateSystemAndIsTakenBack) {
+  const test::TemporaryFolder folder;
+  ScanInfo info;
+  PointBlock block;
+  block.count = 1;
+  block.world = {{1, 2, 3}};
+  for (const std::string text : {"EPSG:2994", "PROJCS[\"a, b  c\",GEOGCS[]]"}) {
+    info.crs = crs_records(text).value();
+    const auto writer = create_scan_writer(folder / "out.ply", info, 1, true);
+    writer->write(block);
+    writer->finish();
+    EXPECT_NE(
+        test::read_text(folder / "out.ply").find("\ncomment crs " + text + "\nelement vertex 1\n"),
+        std::string::npos);
+    EXPECT_EQ(test::read_points(folder / "out.ply").info.crs, info.crs);
+  }
 }
 
 TEST(PlyWriter, RefusesIntegersThatADoubleDoesNotHold) {

@@ -139,6 +139,36 @@ TEST(ScanSamples, PcdCountsAndBoxesAreTheManifests) {
   for (const auto& entry : entries) expect_as_in_manifest(entry);
 }
 
+/// All scans of a file. The manifest counts records, those without a point among them, and tells no box of spherical ones.
+void expect_e57_as_in_manifest(const test::ManifestEntry& entry) {
+  SCOPED_TRACE(entry.path);
+  test::ScanPoints all;
+  std::uint64_t claimed = 0;
+  for (const auto& reader : open_scans(kShared / entry.path, {})) {
+    const test::ScanPoints scan = test::read_points(*reader);
+    claimed += scan.info.claimed_points;
+    all.info.encoding = PositionEncoding::kFloat64;
+    all.points.no_return += scan.points.no_return;
+    all.points.count += scan.points.count;
+    for (std::size_t point = 0; point < scan.points.count; ++point)
+      all.points.world.push_back(scan.world(point));
+  }
+  EXPECT_EQ(claimed, entry.points.value());
+  EXPECT_EQ(all.points.count + all.points.no_return, entry.points.value());
+  if (entry.box) expect_box(all, *entry.box);
+}
+
+TEST(ScanSamples, E57CountsAndBoxesAreTheManifests) {
+  CAIRN_NEEDS_SHARED_DATA();
+  std::size_t boxes = 0;
+  for (const auto& entry : readable_ending(".e57")) {
+    if (entry.points.value_or(0) == 0) continue;
+    expect_e57_as_in_manifest(entry);
+    boxes += entry.box ? 1 : 0;
+  }
+  EXPECT_GT(boxes, 20U);
+}
+
 TEST(ScanSamples, AGridThatTheFileHasNoLinesForIsRefused) {
   CAIRN_NEEDS_SHARED_DATA();
   EXPECT_THROW(test::open_scan(kShared / "text/ripple.ptx"), Error);
@@ -192,6 +222,16 @@ const std::map<std::string, Outcome>& hostile_outcomes() {
       {"hostile/laszip-generated_with2bytespadding.laz", {1065, ""}},
       {"hostile/lone-star-invalid-tile-2-2-2-2.laz", {{}, "unknown LAS version"}},
       {"hostile/no-points-1.3.laz", {0, ""}},
+      {"hostile/InvalidCVHeader.e57", {0, ""}},
+      {"hostile/InvalidFileLength.e57", {{}, "found 120 bytes, expected 2048"}},
+      {"hostile/NoPrototype.e57", {{}, "no prototype"}},
+      {"hostile/ZeroPoints.e57", {0, ""}},
+      {"hostile/ZeroPointsInvalid.e57", {0, ""}},
+      {"hostile/bad-crc.e57", {{}, "a damaged page"}},
+      {"hostile/corrupt_crc.e57", {{}, "a damaged page"}},
+      {"hostile/empty.e57", {{}, "the E57 file holds no scan"}},
+      {"hostile/empty_pc.e57", {0, ""}},
+      {"hostile/read_error.e57", {2651, ""}},
   };
   return outcomes;
 }
@@ -215,8 +255,8 @@ TEST(ScanSamples, HostileFilesAreReadOrRefusedAsListed) {
 }
 
 bool is_read(const test::ManifestEntry& entry) {
-  constexpr std::array<std::string_view, 7> kSuffixes{".las", ".laz", ".ply", ".pcd",
-                                                      ".xyz", ".pts", ".ptx"};
+  constexpr std::array<std::string_view, 8> kSuffixes{".las", ".laz", ".ply", ".pcd",
+                                                      ".xyz", ".pts", ".ptx", ".e57"};
   return std::any_of(kSuffixes.begin(), kSuffixes.end(),
                      [&](std::string_view suffix) { return entry.path.ends_with(suffix); });
 }

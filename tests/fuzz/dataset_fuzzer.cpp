@@ -115,9 +115,10 @@ void export_all(const DatasetReader& dataset) {
   for (Level level = 0; level <= dataset.tree().leaf_level(); ++level)
     for (const bool steps : {false, true})
       accepts({ErrorKind::kInput}, [&] {
-        const ScanInfo info = stages::describe_export(dataset, level, steps);
+        const auto selection = stages::level_selection(dataset, level);
+        const ScanInfo info = stages::describe_export(dataset, selection, steps);
         NoWriter writer;
-        require(stages::export_level({}, dataset, level, info, writer) == writer.points);
+        require(stages::export_points({}, dataset, selection, info, writer) == writer.points);
       });
 }
 

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/scans/crs.h"
+#include "formats/scans/crs_facts.h"
 #include "formats/scans/laz/laz_reader.h"
 #include "formats/scans/scan_reader.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -55,11 +57,15 @@ void read_scan(const ScanReader& reader) {
 }
 
 void read_all(const std::filesystem::path& path, const ScanOptions& options) {
-  for (const auto& reader : open_scans(path, options))
+  for (const auto& reader : open_scans(path, options)) {
+    const std::string text = crs_text(reader->info().crs);
+    require(text.empty() || !crs_of_comment(std::string(kCrsComment) + text).empty());
+    compare_crs(reader->info().crs, crs_of_comment(std::string(kCrsComment) + text));
     if (dynamic_cast<const LazReader*>(reader.get()) != nullptr)
       check_chunks(path, options.allow_truncated);
     else
       read_scan(*reader);
+  }
 }
 
 }  // namespace

@@ -67,6 +67,13 @@ TEST_F(PlotWalk, DrawsAnyNumberOfFrames) {
   }
 }
 
+TEST_F(PlotWalk, DrawsRowsOfADatasetBehindANetwork) {
+  const std::string header = kHeader.substr(0, kHeader.size() - 1) + ",elapsed_s,fetched_bytes\n";
+  EXPECT_EQ(draw(header + "0,0,900,20,1,1,0,0,1,2,0.1,5,0.25,4096\n").exit_code, 0);
+  expect_page();
+  EXPECT_THAT(refusal(header + "0,0,900,20,1,1,0,0,1,2,0.1,5\n"), HasSubstr("expected 14"));
+}
+
 TEST_F(PlotWalk, AFrameOfZeroesIsAFrame) {
   const Outcome outcome = draw("# site.cairn\n\n" + kHeader + "0,0,0,0,0,0,0,0,0,0,0,0\r\n");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

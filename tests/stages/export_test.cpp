@@ -56,9 +56,10 @@ class ExportTest : public testing::Test {
   /// Exports to a file and reads it back with the project's reader of that format.
   Points export_to(const char* name, Level level, bool steps) {
     const DatasetReader dataset = DatasetReader::open(folder_.path());
-    const ScanInfo info = describe_export(dataset, level, steps);
+    const ScanInfo info = describe_export(dataset, level_selection(dataset, level), steps);
     auto writer = formats::create_scan_writer(folder_ / name, info, info.present_points);
-    EXPECT_EQ(export_level(test::plain_context(), dataset, level, info, *writer),
+    EXPECT_EQ(export_points(test::plain_context(), dataset, level_selection(dataset, level), info,
+                            *writer),
               info.present_points);
     writer->finish();
     const auto reader = test::open_scan(folder_ / name, {});
@@ -104,10 +105,10 @@ TEST_F(ExportTest, AShiftBeyondInt32GoesIntoTheOffset) {
       .step = {0.25, 0.25, 0.25}, .offset = {1, 2, 3}, .shift = {std::int64_t{1} << 40, 0, -5}};
   build(header);
   const DatasetReader dataset = DatasetReader::open(folder_.path());
-  const ScanInfo info = describe_export(dataset, 2, true);
+  const ScanInfo info = describe_export(dataset, level_selection(dataset, 2), true);
   EXPECT_EQ(info.offset, (std::array<double, 3>{1 + 0.25 * std::ldexp(1, 40), 2, 3 - 1.25}));
   Collector collector;
-  export_level(test::plain_context(), dataset, 2, info, collector);
+  export_points(test::plain_context(), dataset, level_selection(dataset, 2), info, collector);
   EXPECT_EQ(collector.blocks[0].steps[1], tree_.nodes[3].points.position[1]);
 }
 
@@ -135,8 +136,8 @@ TEST_F(ExportTest, AnInputAttributeCalledWeightIsNotTakenForTheWeight) {
     build(header);
     Collector collector;
     const DatasetReader dataset = DatasetReader::open(folder_.path());
-    const ScanInfo info = describe_export(dataset, 1, false);
-    export_level(test::plain_context(), dataset, 1, info, collector);
+    const ScanInfo info = describe_export(dataset, level_selection(dataset, 1), false);
+    export_points(test::plain_context(), dataset, level_selection(dataset, 1), info, collector);
     const auto own = formats::find_attribute(info.schema, "weight_");
     ASSERT_TRUE(own);
     EXPECT_EQ(formats::find_attribute(info.schema, "weight").has_value(),
@@ -149,10 +150,77 @@ TEST_F(ExportTest, AnInputAttributeCalledWeightIsNotTakenForTheWeight) {
   }
 }
 
+TEST_F(ExportTest, AMixedCutStandsForEachPointOnce) {
+  build(test::tiny_header());
+  const DatasetReader dataset = DatasetReader::open(folder_.path());
+  // The root's block for its second child, the first child's block for its first, and its second child: leaf 4.
+  const ExportSelection cut{
+      .nodes = {{formats::NodeId{0}, 2}, {formats::NodeId{1}, 1}, {formats::NodeId{4}, 1}},
+      .box = {}};
+  const ScanInfo info = describe_export(dataset, cut, true);
+  EXPECT_FALSE(formats::find_attribute(info.schema, "gps_time"));
+  EXPECT_EQ(left_out_attributes(dataset, cut), std::vector<std::string>{"gps_time"});
+  Collector collector;
+  const std::uint64_t written = export_points(test::plain_context(), dataset, cut, info, collector);
+  EXPECT_EQ(written, info.claimed_points);
+  const auto weight = formats::find_attribute(info.schema, "weight");
+  ASSERT_TRUE(weight);
+  std::uint64_t sum = 0, seen = 0;
+  for (const PointBlock& block : collector.blocks)
+    for (std::size_t i = 0; i < block.count; ++i, ++seen)
+      sum += formats::load_le<std::uint64_t>(&block.columns[*weight][8 * i]);
+  EXPECT_EQ(sum, 43U);  // all input points
+  EXPECT_EQ(seen, written);
+  // The leaf comes last, with the input's own points, each standing for itself.
+  const auto& leaf = tree_.nodes[4].points;
+  const PointBlock& last = collector.blocks.back();
+  ASSERT_EQ(last.count, leaf.count());
+  for (std::size_t i = 0; i < last.count; ++i) {
+    EXPECT_EQ(formats::load_le<std::uint64_t>(&last.columns[*weight][8 * i]), 1U);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(last.steps[i][axis], leaf.position[i][axis] + tree_.header.grid.shift[axis]);
+  }
+}
+
+TEST_F(ExportTest, ABoxTakesThePointsInsideIt) {
+  build(test::tiny_header());
+  const DatasetReader dataset = DatasetReader::open(folder_.path());
+  for (const Level level : {0U, 1U, 2U}) {
+    std::vector<formats::WorldPoint> all;
+    const ExportSelection whole = level_selection(dataset, level);
+    Collector collector;
+    const ScanInfo info = describe_export(dataset, whole, false);
+    export_points(test::plain_context(), dataset, whole, info, collector);
+    for (const PointBlock& block : collector.blocks)
+      all.insert(all.end(), block.world.begin(), block.world.end());
+    // From one point to another, ends included.
+    for (std::size_t corner = 1; corner < all.size(); corner += 5) {
+      WorldBox box{.min = all[0], .max = all[0]};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.min[axis] = std::min(all[0][axis], all[corner][axis]);
+        box.max[axis] = std::max(all[0][axis], all[corner][axis]);
+      }
+      std::vector<formats::WorldPoint> inside, found;
+      for (const formats::WorldPoint& p : all)
+        if (p[0] >= box.min[0] && p[0] <= box.max[0] && p[1] >= box.min[1] && p[1] <= box.max[1] &&
+            p[2] >= box.min[2] && p[2] <= box.max[2])
+          inside.push_back(p);
+      const ExportSelection selection = level_selection(dataset, level, box);
+      Collector boxed;
+      export_points(test::plain_context(), dataset, selection,
+                    describe_export(dataset, selection, false), boxed);
+      for (const PointBlock& block : boxed.blocks)
+        found.insert(found.end(), block.world.begin(), block.world.end());
+      EXPECT_GE(inside.size(), 2U);
+      EXPECT_EQ(found, inside);
+    }
+  }
+}
+
 TEST_F(ExportTest, RefusesALevelBeyondTheLeaves) {
   build(test::tiny_header());
   const DatasetReader dataset = DatasetReader::open(folder_.path());
-  EXPECT_THROW(describe_export(dataset, 3, false), formats::Error);
+  EXPECT_THROW(level_selection(dataset, 3), formats::Error);
 }
 
 }  // namespace

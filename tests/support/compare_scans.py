@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tells whether an exported PLY holds the points of a PLY, PCD, PTX or text scan, as multisets.
+"""Tells whether an exported PLY or text holds the points of a PLY, PCD, PTX or text scan, as multisets.
 
 A second parser of these formats, for tests alone: it shares no code with the readers that it is held against and
 knows just enough of each format. Positions of the scan are rounded to the dataset's grid, whose steps and offsets
@@ -126,9 +126,12 @@ def names_of_columns(suffix, width):
 
 
 def read_text(data, suffix):
-    lines = [line.split() for line in data.decode('ascii').splitlines()]
+    separator = ',' if suffix == 'csv' else None
+    text = data.decode('ascii').splitlines()
+    lines = [line.split(separator) for line in text if not line.startswith('#')]
+    names = lines.pop(0) if lines[0][0].isalpha() else None
     rows = [tuple(map(float, line)) for line in lines if len(line) > 1]  # one word: a number of points
-    return names_of_columns(suffix, len(rows[0])), ['d'] * len(rows[0]), rows
+    return names or names_of_columns(suffix, len(rows[0])), ['d'] * len(rows[0]), rows
 
 
 def read_ptx(data):
@@ -173,8 +176,15 @@ class Grid:
     def of(self, position):
         return tuple(nearest_step(v, *axis) for v, axis in zip(position, self.axes))
 
-    def nodes(self, position):
-        return tuple(offset + step * i for i, (step, offset) in zip(self.of(position), self.axes))
+    def holds(self, position):
+        """Decimal steps have no exact products: there the nearest doubles to both are as good."""
+        slack = 0 if self.is_binary() else 1e-15
+        return all(abs(p - offset - step * i) <= slack * (abs(p) + abs(offset))
+                   if slack else p == offset + step * i
+                   for p, i, (step, offset) in zip(position, self.of(position), self.axes))
+
+    def is_binary(self):
+        return all(math.frexp(step)[0] == 0.5 for step, _ in self.axes)
 
 
 def comparable(value):
@@ -210,12 +220,13 @@ def compare(scan, exported, grid):
     missing = expected - found
     lost = next(iter(missing), None)
     assert expected == found, f'{missing.total()} of {len(positions)} points are lost, so {lost}'
-    off_grid = [p for p in back_positions if p != grid.nodes(p)]
+    off_grid = [p for p in back_positions if not grid.holds(p)]
     assert not off_grid, f'{len(off_grid)} exported points are between two steps, so {off_grid[0]}'
-    # A step is a power of two that fits the extent into 30 bits.
+    # A step is a power of two that fits the extent into 30 bits, or the scan's own.
     extent = max(max(values) - min(values) for values in zip(*positions))
     steps = [step for step, _ in grid.axes]
-    assert extent == 0 or max(steps) <= extent / 2**29, f'steps of {steps} for an extent of {extent}'
+    fine = max(steps) <= extent / 2**29 or not grid.is_binary()
+    assert extent == 0 or fine, f'steps of {steps} for an extent of {extent}'
     return len(positions)
 
 

@@ -38,10 +38,11 @@ void draw_dataset(const formats::DatasetReader& dataset) {
 
 void export_dataset(const formats::DatasetReader& dataset, formats::Level level,
                     const std::filesystem::path& scan) {
-  const bool steps = formats::scan_format_of(scan) == formats::ScanFormat::kLas;
-  const formats::ScanInfo description = stages::describe_export(dataset, level, steps);
+  const bool steps = formats::scan_format_of(scan)->takes_steps;
+  const auto selection = stages::level_selection(dataset, level);
+  const formats::ScanInfo description = stages::describe_export(dataset, selection, steps);
   const auto writer = formats::create_scan_writer(scan, description, dataset.header().points, true);
-  stages::export_level({}, dataset, level, description, *writer);
+  stages::export_points({}, dataset, selection, description, *writer);
 }
 
 }  // namespace cairn::test

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <glm/geometric.hpp>
 #include <map>
@@ -64,6 +65,7 @@ class Watched {
     return frame;
   }
   void wait() { front_.wait(); }
+  std::uint64_t damaged() const { return front_.damaged(); }
 
  private:
   void check(const View& view, const SelectionLimits& limits, const FrontFrame& frame) {
@@ -243,6 +245,53 @@ TEST(Front, PrefetchHasWhatATurnBringsIntoThePicture) {
   }
   EXPECT_GT(missing[0], 0u);
   EXPECT_EQ(missing[1], 0u);
+}
+
+/// A network that brings the root, and all else only while it is up.
+class FlakyNetwork : public NodeSource {
+ public:
+  void load(NodeIndex node, NodePoints& points) const override {
+    ++asked_;
+    if (node != 0 && !up_)
+      throw formats::Error(formats::ErrorKind::kSystem,
+                           {.what = "no answer", .found = std::to_string(node)});
+    points.position.assign(1, glm::vec3(static_cast<float>(node), 0, 0));
+  }
+  bool is_remote() const override { return true; }
+
+  mutable std::atomic<int> asked_ = 0;
+  std::atomic<bool> up_ = false;
+};
+
+TEST(FrontOverANetwork, WhatDoesNotComeIsDrawnByAncestorsToldOnceAndAskedForAgain) {
+  std::mt19937_64 random(5);
+  const LodTree tree = make_random_tree(
+      {.points = 10'000, .fanout = 4, .target_points = 150, .cones = false}, random);
+  FlakyNetwork network;
+  Watched front(tree, network, {.slots = 1000, .first_pause = std::chrono::milliseconds(100)});
+  const View view(random_camera(tree.node(0).box, random), kSize, 1e-3);
+  const SelectionLimits limits{.points = 3000};
+  std::size_t told = 0;
+  FrontFrame frame;
+  do {
+    frame = front.advance(view, limits);
+    told += frame.damage.size();
+    front.wait();
+  } while (frame.missing > 0 || frame.unreachable == 0);
+  EXPECT_EQ(told, 1u);
+  EXPECT_EQ(front.damaged(), 0u);
+  const int asked = network.asked_;
+  front.advance(view, limits);
+  EXPECT_EQ(network.asked_, asked) << "not before the pause is over";
+  network.up_ = true;
+  const auto begin = std::chrono::steady_clock::now();
+  while (frame.missing > 0 || frame.unreachable > 0) {
+    frame = front.advance(view, limits);
+    front.wait();
+    ASSERT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+  }
+  EXPECT_GT(frame.drawn.nodes.size(), 1u);
+  EXPECT_TRUE(frame.damage.empty());
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // What lies over the picture: a panel of controls, one of statistics, and help. By Dear ImGui.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/access/access_options.h"
 #include "viewer/scene.h"
 #include "viewer/window/view_state.h"
 #include "viewer/window/window.h"
@@ -26,7 +28,8 @@ struct PanelFacts {
   double frames_per_s = 0;       ///< 0: none yet
   bool resting = false;          ///< nothing changes, so nothing is drawn
   LoadTotals totals;
-  std::uint32_t slots = 0;  ///< of the renderer
+  std::optional<formats::AccessStatistics> network;  ///< of a dataset behind one
+  std::uint32_t slots = 0;                           ///< of the renderer
   std::uint64_t slot_bytes = 0;
   std::vector<std::string> sections;  ///< that are read of a node
   bool recording = false;

@@ -73,6 +73,16 @@ void tell_loads(const PanelFacts& facts) {
   row("hits", fmt::format("{}", facts.totals.hits));
   row("missing", fmt::format("{}", frame.missing));
   if (frame.damaged > 0) row("damaged", fmt::format("{}", frame.damaged));
+  if (frame.unreachable > 0) row("no answer", fmt::format("{} nodes", frame.unreachable));
+}
+
+void tell_network(const formats::AccessStatistics& network) {
+  row("fetched", fmt::format("{:.1f} MiB, {} requests,\n{} retries",
+                             static_cast<double>(network.fetched_bytes) / (1 << 20),
+                             network.requests, network.retries));
+  row("kept",
+      fmt::format("{:.1f} MiB, {} sections", static_cast<double>(network.cache_bytes) / (1 << 20),
+                  network.cache_hits));
 }
 
 void tell_plan(const PanelFacts& facts) {
@@ -99,6 +109,7 @@ void draw_statistics(const PanelFacts& facts, float scale) {
     tell_speed(facts);
     tell_nodes(facts.frame);
     tell_loads(facts);
+    if (facts.network) tell_network(*facts.network);
     tell_plan(facts);
     ImGui::EndTable();
   }

@@ -41,6 +41,8 @@ class Viewing {
         panel_(window_) {
     facts_.scene = facts_of(dataset.header());
     facts_.all_points = dataset.header().points;
+    // Beside the picture lies what may never be looked at: over a network it is fetched on demand.
+    if (dataset.is_remote()) state_.prefetch = false;
     facts_.budgets =
         budget_range(tree.node(0).points, facts_.all_points, options.start.limits.points);
   }
@@ -55,7 +57,8 @@ class Viewing {
       rested_ = rested_ || rest_s > kLoadingRest;
       if (window_.take_change()) due_ = kFramesAfterEvent;
       recorder_.note(glfwGetTime(), state_.camera);
-      if (moving() || loading_ || due_ > 0 || message_is_over()) draw_frame();
+      if (moving() || loading_ || due_ > 0 || message_is_over() || facts_.frame.unreachable > 0)
+        draw_frame();
     }
     if (recorder_.recording()) end_recording();
     if (!view_) return std::nullopt;
@@ -178,6 +181,7 @@ class Viewing {
     facts_.totals.forced_loads += frame.forced_loads;
     facts_.totals.hits += frame.hits;
     facts_.frame = std::move(frame);
+    if (dataset_.is_remote()) facts_.network = dataset_.access();
     if (state_.boxes) draw_boxes();
     if (std::exchange(take_picture_, false))
       save("cairn", ".png",

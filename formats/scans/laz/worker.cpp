@@ -23,6 +23,7 @@
 
 #include "formats/bytes.h"
 #include "formats/error.h"
+#include "formats/resource_folder.h"
 
 namespace cairn::formats {
 namespace {
@@ -45,18 +46,12 @@ constexpr const char* kNode = "node";
 constexpr std::array<const char*, 2> kNodeFlags{"--max-old-space-size=32",
                                                 "--max-semi-space-size=1"};
 
-/// The script, in the folder beside the program.
+/// The script, in a folder that laz-perf is in, too.
 std::filesystem::path worker_script() {
-  std::error_code failed;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", failed);
-  if (failed)
-    throw_system("cannot tell the folder of this program", "/proc/self/exe", failed.value());
-  const auto folder = program.parent_path() / "laz-worker";
+  constexpr const char* kPurpose = "the decoder of LAZ files";
   for (const char* part : {"worker.cjs", "node_modules/laz-perf/package.json"})
-    if (!std::filesystem::exists(folder / part, failed))
-      throw_system("the decoder of LAZ files is not beside the program; copy laz-worker/ with it",
-                   folder / part, ENOENT);
-  return folder / "worker.cjs";
+    resource_folder("laz-worker", part, kPurpose);
+  return resource_folder("laz-worker", "worker.cjs", kPurpose) / "worker.cjs";
 }
 
 /// Memory of workers, for the record of a run. A process has one, as it has one own peak.

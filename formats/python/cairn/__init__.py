@@ -1,0 +1,55 @@
+"""Cairn's datasets in Python: laser scans of any size as NumPy arrays, at any level of detail.
+
+    import cairn
+
+    site = cairn.open("site.cairn")
+    site                                            # what it holds
+    points = site.budget(1_000_000).read(["color"]) # the whole site in at most a million points
+    points.xyz, points["color"]                     # float64 (n, 3), uint16 (n, 3)
+
+A dataset is a tree of nodes. Every level of it shows all of the scans, coarser towards the root (level 0); the leaves hold
+the input points themselves. A point of a coarser node stands for `weight` input points, and each node tells how far these
+are from their representatives: `rms`, and a `bound` that none exceeds.
+
+==============================================  =======================================================
+``site.nodes``                                  all nodes; ``site.nodes.table`` is one structured array
+``site.level(2)``                               the nodes of a level, -1: the leaves
+``site.in_box(box)``                            the leaves, or the nodes of a level, that meet a box
+``site.budget(n)``                              the cut of at most n points with the least error
+``nodes["rms"]``, ``nodes.rms``                 a column of their table; the error of all together
+``nodes.read(attributes)``                      their `Points`, read by several threads
+``site.read_box(box)``                          the points inside a box
+``site.node(5)``, ``nodes[0]``                  one `Node`: `parent`, `children`, `box`, `rms`, `read()`
+``site.attributes``, ``.grid``, ``.crs``        what all nodes share
+``site.metadata``                               where the points come from
+==============================================  =======================================================
+
+What fails raises a subclass of `cairn.Error`: `UsageError` (a ValueError), `InputError` (a damaged dataset) or
+`AccessError` (an OSError). Its text is one line that says what, where, found and expected.
+"""
+
+from __future__ import annotations
+
+import os
+
+from ._dataset import Attribute, Dataset
+from ._errors import AccessError, Error, InputError, InvariantError, UsageError
+from ._grid import Grid
+from ._nodes import Node, Nodes
+from ._points import Points
+
+__all__ = ["AccessError", "Attribute", "Dataset", "Error", "Grid", "InputError", "InvariantError", "Node", "Nodes",
+           "Points", "UsageError", "open"]
+
+
+def open(location: str | bytes | os.PathLike[str]) -> Dataset:
+    """Opens the dataset in a folder, or at an address if the reader was built to read from servers.
+
+    The index is read and checked as a whole; of nodes only what is asked for, each section against its checksum.
+
+    >>> with cairn.open("site.cairn") as site:
+    ...     overview = site.level(0).read()
+
+    Raises `AccessError` where files cannot be opened or read, `InputError` where they are damaged.
+    """
+    return Dataset(location)

@@ -1,0 +1,32 @@
+"""The reader, in C++ (formats/python/module.cpp). Use the package."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+class Reader:
+    def __init__(self, location: bytes) -> None: ...
+    @property
+    def closed(self) -> bool: ...
+    def close(self) -> None: ...
+    def describe(self) -> dict[str, Any]: ...
+    def metadata(self) -> bytes: ...
+    def node_columns(self) -> dict[str, NDArray[Any]]: ...
+    def block_starts(self, id: int) -> list[int]: ...
+    def read_node(
+        self, id: int, attributes: list[int], radius: bool, weight: bool, representative: bool
+    ) -> tuple[
+        NDArray[np.int32],
+        list[NDArray[Any]],
+        NDArray[np.float32],
+        NDArray[np.uint64] | None,
+        NDArray[np.uint32] | None,
+    ]: ...
+
+def to_world(
+    steps: NDArray[np.int32],
+    step: tuple[float, float, float],
+    offset: tuple[float, float, float],
+    shift: tuple[int, int, int],
+) -> NDArray[np.float64]: ...

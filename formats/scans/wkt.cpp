@@ -1,0 +1,99 @@
+#include "formats/scans/wkt.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace cairn::formats {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+constexpr int kMostDepth = 32;
+
+bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+bool ends_word(char c) {
+  return is_space(c) || c == ',' || c == '[' || c == ']' || c == '(' || c == ')' || c == '"';
+}
+
+class Parser {
+ public:
+  explicit Parser(std::string_view text) : rest_(text) {}
+
+  std::optional<WktNode> run() {
+    WktNode node;
+    skip_space();
+    if (!read_node(word(), node, 0)) return std::nullopt;
+    skip_space();
+    return rest_.empty() ? std::optional(std::move(node)) : std::nullopt;
+  }
+
+ private:
+  void skip_space() {
+    while (!rest_.empty() && is_space(rest_.front())) rest_.remove_prefix(1);
+  }
+  bool take(char a, char b) {
+    skip_space();
+    if (rest_.empty() || (rest_.front() != a && rest_.front() != b)) return false;
+    rest_.remove_prefix(1);
+    return true;
+  }
+  std::string_view word() {
+    const auto end = std::ranges::find_if(rest_, ends_word);
+    const std::string_view found = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
+    rest_.remove_prefix(found.size());
+    return found;
+  }
+
+  bool read_node(std::string_view keyword, WktNode& node, int depth) {
+    if (keyword.empty() || depth > kMostDepth || !take('[', '(')) return false;
+    node.keyword = keyword;
+    for (char& c : node.keyword)
+      if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    do {
+      if (!read_value(node, depth)) return false;
+    } while (take(',', ','));
+    return take(']', ')');
+  }
+
+  bool read_value(WktNode& node, int depth) {
+    skip_space();
+    if (!rest_.empty() && rest_.front() == '"') return read_text(node);
+    const std::string_view found = word();
+    skip_space();
+    if (!rest_.empty() && (rest_.front() == '[' || rest_.front() == '('))
+      return read_node(found, node.children.emplace_back(), depth + 1);
+    double number = 0;
+    const auto parsed = std::from_chars(found.data(), found.data() + found.size(), number);
+    if (found.empty()) return false;
+    if (parsed.ec == std::errc{} && parsed.ptr == found.data() + found.size())
+      node.numbers.push_back(number);
+    else
+      node.texts.emplace_back(found);
+    return true;
+  }
+
+  /// A quote within is written twice.
+  bool read_text(WktNode& node) {
+    std::string& text = node.texts.emplace_back();
+    rest_.remove_prefix(1);
+    while (true) {
+      const std::size_t quote = rest_.find('"');
+      if (quote == std::string_view::npos) return false;
+      text += rest_.substr(0, quote);
+      rest_.remove_prefix(quote + 1);
+      if (rest_.empty() || rest_.front() != '"') return true;
+      text += '"';
+      rest_.remove_prefix(1);
+    }
+  }
+
+  std::string_view rest_;
+};
+
+}  // namespace
+
+std::optional<WktNode> parse_wkt(std::string_view text) {
+  if (text.size() > kMostBytes) return std::nullopt;
+  return Parser(text).run();
+}
+
+}  // namespace cairn::formats

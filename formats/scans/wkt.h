@@ -1,0 +1,30 @@
+// Well-known text of coordinate reference systems, as a tree. Both versions, WKT 1 (OGC 01-009, and what GDAL and ESRI
+// make of it) and WKT 2 (ISO 19162), have this form: KEYWORD[value, value, ...].
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cairn::formats {
+
+struct WktNode {
+  std::string keyword;             ///< in upper case
+  std::vector<std::string> texts;  ///< values in quotes and bare words, in order
+  std::vector<double> numbers;
+  std::vector<WktNode> children;
+
+  /// The first child with one of these keywords; null if there is none.
+  template <typename... Keywords>
+  const WktNode* child(Keywords... keywords) const {
+    for (const WktNode& node : children)
+      if (((node.keyword == keywords) || ...)) return &node;
+    return nullptr;
+  }
+};
+
+/// Nothing for a text that is none, is nested more than 32 deep or is longer than 1 MiB.
+std::optional<WktNode> parse_wkt(std::string_view text);
+
+}  // namespace cairn::formats

@@ -1,0 +1,186 @@
+// What scans tell beside their points: coordinate systems, colors of 8 bits in fields of 16, scales of extra bytes. LAS files
+// made byte by byte, and real ones.
+#include <cstring>
+
+#include "tests/end_to_end/program_test.h"
+#include "tests/support/las_bytes.h"
+#include "tests/support/las_points.h"
+#include "tests/support/shared_data.h"
+
+namespace cairn::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+/// GeoTIFF keys, each with its value in place.
+std::string geo_keys(const std::vector<std::pair<int, int>>& values) {
+  std::string data;
+  for (const int word : {1, 1, 0, static_cast<int>(values.size())})
+    put(data, static_cast<std::uint16_t>(word));
+  for (const auto& [key, value] : values)
+    for (const int word : {key, 0, 1, value}) put(data, static_cast<std::uint16_t>(word));
+  return vlr_bytes("LASF_Projection", 34735, data);
+}
+
+class ScanFacts : public ProgramTest {
+ protected:
+  /// Ten points of format 2 (colors), or more bytes behind them.
+  std::string las(const std::string& name, const std::vector<std::string>& vlrs,
+                  std::uint16_t brightest = 65535, const std::string& extra = "") {
+    LasBytes las{.minor = 4, .point_format = 2};
+    las.vlrs = vlrs;
+    for (std::int32_t i = 0; i < 10; ++i) {
+      std::string r;
+      for (const std::int32_t step : {i * 100, i * i, 7}) put(r, step);
+      r.resize(20);
+      for (int c = 0; c < 3; ++c) put(r, static_cast<std::uint16_t>(brightest * i / 9));
+      las.records.push_back(r + extra);
+    }
+    return folder_.write(name, las.build());
+  }
+  Outcome build_two(const std::vector<std::string>& a, const std::vector<std::string>& b,
+                    std::vector<std::string> flags = {}) {
+    flags.insert(flags.begin(), {las("a.las", a), las("b.las", b), "--force"});
+    return build(flags);
+  }
+  std::string refusal(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+    const Outcome outcome = build_two(a, b);
+    expect_refusal(outcome, 3);
+    return outcome.err;
+  }
+};
+
+TEST_F(ScanFacts, ScansOfDifferentSystemsAreRefusedUnlessTold) {
+  const auto utm10 = geo_keys({{1024, 1}, {3072, 26910}, {3076, 9001}});
+  const auto utm11 = geo_keys({{1024, 1}, {3072, 26911}, {3076, 9001}});
+  EXPECT_THAT(refusal({utm10}, {utm11}),
+              HasSubstr("the coordinate system of b.las is not that of the scans before"));
+  EXPECT_THAT(refusal({utm10}, {utm11}), HasSubstr("EPSG:26911"));
+  EXPECT_THAT(refusal({utm10}, {utm11}), HasSubstr("EPSG:26910, as a.las has it"));
+  EXPECT_EQ(build_two({utm10}, {utm11}, {"--mixed-crs"}).exit_code, 0);
+  const std::string back = folder_ / "back.las";
+  EXPECT_EQ(cairn({"export", "--progress", "none", output(), "-o", back}).exit_code, 0);
+  // One directory of keys, that of the first.
+  const std::string bytes = read_text(back);
+  EXPECT_EQ(get_at<std::uint32_t>(bytes, 100), 1U);
+  EXPECT_EQ(bytes.substr(227 + 54, utm10.size() - 54), utm10.substr(54));
+  EXPECT_EQ(build_two({utm10}, {utm11}, {"--crs", "EPSG:26911"}).exit_code, 0);
+  EXPECT_EQ(info().at("crs").at("epsg"), 26911);
+}
+
+TEST_F(ScanFacts, FeetAreNotSurveyFeetNorHeightsInMetres) {
+  const std::pair<int, int> model{1024, 1}, code{3072, 2994};
+  EXPECT_THAT(
+      refusal({geo_keys({model, code, {3076, 9002}})}, {geo_keys({model, code, {3076, 9003}})}),
+      HasSubstr("the unit of length of b.las is not that of the scans before"));
+  EXPECT_THAT(
+      refusal({geo_keys({model, code, {4099, 9002}})}, {geo_keys({model, code, {4099, 9001}})}),
+      HasSubstr("found metre, expected foot"));
+}
+
+TEST_F(ScanFacts, TheSameSystemInOtherWordsIsTaken) {
+  const std::string wkt =
+      "PROJCS[\"any name\", UNIT[\"foot\",0.3048],AUTHORITY[\"EPSG\",\"2994\"]]";
+  const Outcome outcome = build_two({geo_keys({{1024, 1}, {3072, 2994}, {3076, 9002}})},
+                                    {vlr_bytes("LASF_Projection", 2112, wkt + '\0')});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const Json crs = info().at("crs");
+  EXPECT_EQ(crs.at("epsg"), 2994);
+  EXPECT_EQ(crs.at("unit_metres"), 0.3048);
+  EXPECT_EQ(crs.at("wkt"), wkt);
+  EXPECT_THAT(cairn({"report", output()}).out, HasSubstr("in units of a foot"));
+}
+
+TEST_F(ScanFacts, AScanWithoutASystemIsTold) {
+  const Outcome outcome = build_two({}, {geo_keys({{1024, 1}, {3072, 2994}})});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err,
+              HasSubstr("cairn: note: a.las tells no coordinate system; the coordinates "
+                        "are taken to be in that of b.las, EPSG:2994"));
+  EXPECT_EQ(build_two({}, {}).err, "");
+  // An empty record is none.
+  const std::string empty = vlr_bytes("LASF_Projection", 2112, std::string(1, '\0'));
+  EXPECT_THAT(build_two({empty}, {geo_keys({{1024, 1}, {3072, 2994}})}).err,
+              HasSubstr("a.las tells no coordinate system"));
+}
+
+TEST_F(ScanFacts, SystemsThatCannotBeComparedAreTold) {
+  const std::string wkt = "LOCAL_CS[\"our site\",UNIT[\"metre\",1]]";
+  const Outcome outcome = build_two({geo_keys({{1024, 1}, {3072, 2994}})},
+                                    {vlr_bytes("LASF_Projection", 2112, wkt + '\0')});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("our site, is taken for that of a.las, EPSG:2994"));
+}
+
+TEST_F(ScanFacts, ColorsOf8BitsIn16AreSaidAndKept) {
+  const std::string dark = las("dark.las", {}, 255), other = las("other.las", {}, 200);
+  const Outcome built = build({dark, other, "--lossless-leaves"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_EQ(built.err, "");
+  const auto color_of = [](const Json& told) {
+    for (const Json& attribute : told.at("schema"))
+      if (attribute.at("name") == "color") return attribute;
+    return Json();
+  };
+  EXPECT_EQ(color_of(info()).at("bits"), 8);
+  EXPECT_EQ(color_of(info()).at("type"), "uint16");
+  EXPECT_THAT(built.out, HasSubstr("color uint16 x 3 of 8 bits"));
+  EXPECT_THAT(cairn({"info", output()}).out, HasSubstr("of 8 bits"));
+  EXPECT_THAT(cairn({"report", output()}).out, HasSubstr("colors: of 8 bits in fields of 16"));
+  EXPECT_EQ(cairn({"verify", "--progress", "none", output(), "--against", dark, other}).exit_code,
+            0);
+  ASSERT_EQ(cairn({"export", "--progress", "none", output(), "-o", folder_ / "back.las"}).exit_code,
+            0);
+  std::uint16_t brightest = 0;
+  for (const LasPoint& point : read_las(folder_ / "back.las").points)
+    brightest = std::max(brightest, point.colors[0]);
+  EXPECT_EQ(brightest, 255);
+}
+
+TEST_F(ScanFacts, DarkScansAmongOthersAreToldAndBlackOnesAreNot) {
+  const std::string dark = las("dark.las", {}, 255);
+  const Outcome mixed = build({dark, las("bright.las", {}, 65535)});
+  EXPECT_THAT(mixed.err, HasSubstr("no color of dark.las is above 255"));
+  EXPECT_THAT(mixed.out, Not(HasSubstr("of 8 bits")));
+  const Outcome black = build({las("black.las", {}, 0), "--force"});
+  EXPECT_EQ(black.err, "");
+  EXPECT_THAT(black.out, Not(HasSubstr("of 8 bits")));
+  const Outcome dropped = build({dark, "--drop", "color", "--force"});
+  EXPECT_EQ(dropped.err, "");
+  EXPECT_THAT(dropped.out, Not(HasSubstr("of 8 bits")));
+}
+
+TEST_F(ScanFacts, ExtraBytesOfOtherScalesAreTold) {
+  const auto scaled = [](double scale) {
+    std::string entry = extra_bytes_entry("Depth", 3, 8);
+    put_at(entry, 112, scale);
+    return vlr_bytes("LASF_Spec", 4, entry);
+  };
+  const std::string two(2, '\7');
+  const std::string a = las("a.las", {scaled(0.01)}, 65535, two),
+                    b = las("b.las", {scaled(0.5)}, 65535, two);
+  const Outcome mixed = build({a, b});
+  ASSERT_EQ(mixed.exit_code, 0) << mixed.err;
+  EXPECT_THAT(mixed.err,
+              HasSubstr("depth has another scale, offset or no-data value in b.las than in a.las"));
+  EXPECT_THAT(info().at("schema").dump(), Not(HasSubstr("\"scale\"")));
+  const Outcome same = build({a, "--force"});
+  EXPECT_EQ(same.err, "");
+  EXPECT_THAT(info().at("schema").dump(), HasSubstr("\"scale\":0.01"));
+}
+
+TEST_F(ScanFacts, AutzensColorsAreOf8Bits) {
+  CAIRN_NEEDS_SHARED_DATA();
+  ASSERT_EQ(build({CAIRN_SHARED_DATA "/las/autzen_trim.las", "--reducer", "first"}).exit_code, 0);
+  const LasFile scan = read_las(CAIRN_SHARED_DATA "/las/autzen_trim.las");
+  std::uint16_t brightest = 0;
+  for (const LasPoint& point : scan.points)
+    for (std::size_t c = 0; c < 3; ++c) brightest = std::max(brightest, point.colors[c]);
+  EXPECT_EQ(info().at("schema").dump().find("\"bits\":8") != std::string::npos, brightest <= 255);
+}
+
+}  // namespace
+}  // namespace cairn::test

@@ -1,0 +1,283 @@
+// A dataset read over HTTP against the same one read from the disk.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <thread>
+
+#include "formats/checksum.h"
+#include "formats/dataset/dataset_reader.h"
+#include "formats/dataset/read_ahead.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/tiny_dataset.h"
+#include "tests/support/web_server.h"
+
+namespace cairn::formats {
+namespace {
+
+using std::chrono::milliseconds;
+using test::WebFault;
+using test::WebRequest;
+using testing::HasSubstr;
+
+class RemoteDataset : public testing::Test {
+ protected:
+  RemoteDataset() : server_(folder_.path()) {
+    test::write_tiny_dataset(site(), test::make_tiny_tree(test::tiny_header()));
+  }
+  std::filesystem::path site() const { return folder_ / "site.cairn"; }
+  AccessOptions options(bool kept = false) const {
+    return {.cache_folder = kept ? folder_ / "cache" : "",
+            .stall_timeout = std::chrono::seconds(1),
+            .attempts = 3,
+            .first_delay = milliseconds(1)};
+  }
+  DatasetReader open(bool kept = false) {
+    return DatasetReader::open(server_.url("site.cairn"), options(kept));
+  }
+  /// All of it is what the disk has.
+  void expect_same(const DatasetReader& remote, const SectionSet& wanted = all_sections()) const {
+    const DatasetReader local = DatasetReader::open(site());
+    EXPECT_EQ(remote.head(), local.head());
+    EXPECT_EQ(remote.nodes(), local.nodes());
+    EXPECT_EQ(remote.metadata(), local.metadata());
+    EXPECT_EQ(remote.index_size_bytes(), local.index_size_bytes());
+    for (std::uint64_t i = 0; i < local.tree().node_count(); ++i) {
+      const NodeData found = remote.read_node(NodeId{i}, wanted);
+      const NodeData expected = local.read_node(NodeId{i}, wanted);
+      EXPECT_EQ(found.position, expected.position);
+      EXPECT_EQ(found.radius, expected.radius);
+      EXPECT_EQ(found.attributes, expected.attributes);
+      EXPECT_EQ(found.representative, expected.representative);
+    }
+  }
+  /// Opening ends in one line of this kind.
+  void expect_refusal(ErrorKind kind, const std::string& text) {
+    try {
+      open();
+      ADD_FAILURE() << "opened";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), kind) << error.what();
+      EXPECT_THAT(error.what(), HasSubstr(text));
+      EXPECT_THAT(error.what(), HasSubstr(server_.url("site.cairn/")));
+    }
+  }
+  void damage(const char* file, std::uint64_t byte) const {
+    auto bytes = test::read_file(site() / file);
+    bytes[byte] ^= std::byte{1};
+    test::write_file(site() / file, bytes);
+  }
+  /// Answers every request for `file` by the fault, or the first few.
+  void fail(const char* file, WebFault fault, int times = 1'000'000) {
+    server_.set_script(
+        [=, left = times](const WebRequest& request) mutable -> std::optional<WebFault> {
+          if (!request.asks_for(file) || left == 0) return std::nullopt;
+          --left;
+          return fault;
+        });
+  }
+
+  test::TemporaryFolder folder_;
+  test::WebServer server_;
+};
+
+TEST_F(RemoteDataset, IsWhatTheDiskHas) {
+  const DatasetReader remote = open();
+  EXPECT_TRUE(remote.is_remote());
+  expect_same(remote);
+}
+
+TEST_F(RemoteDataset, OpensWithThreeRequestsAtATime) {
+  open();
+  const auto requests = server_.requests();
+  ASSERT_EQ(requests.size(), 3u);
+  EXPECT_EQ(std::ranges::count_if(requests, [](const auto& r) { return r.asks_for("nodes.bin"); }),
+            1);
+  EXPECT_EQ(std::ranges::count_if(requests, [](const auto& r) { return r.asks_for("index.bin"); }),
+            1);
+}
+
+TEST_F(RemoteDataset, OnlyWantedSectionsAreFetched) {
+  const DatasetReader remote = open();
+  const SectionSet wanted = SectionSet().set(kPositionSection);
+  const std::uint64_t before = remote.access().fetched_bytes;
+  remote.read_node(NodeId{0}, wanted);
+  EXPECT_EQ(remote.access().fetched_bytes - before,
+            remote.record(NodeId{0}).sections[0].size_bytes);
+}
+
+TEST_F(RemoteDataset, ALaterRunFetchesNothingAgain) {
+  expect_same(open(true));
+  const std::uint64_t sent = server_.body_bytes();
+  const DatasetReader again = open(true);
+  expect_same(again);
+  EXPECT_LE(server_.body_bytes() - sent, 1u) << "the byte that tells the size of nodes.bin";
+  EXPECT_LE(again.access().requests, 2u);
+}
+
+TEST_F(RemoteDataset, AnotherDatasetAtTheSameAddressIsReadAnew) {
+  expect_same(open(true));
+  test::write_tiny_dataset(site(), test::make_tiny_tree(test::tiny_header(), 30'000));
+  expect_same(open(true));
+}
+
+TEST_F(RemoteDataset, ADamagedCacheGivesNoWrongPoint) {
+  expect_same(open(true));
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "cache")) {
+    auto bytes = test::read_file(entry.path());
+    bytes[bytes.size() / 2] ^= std::byte{4};
+    test::write_file(entry.path(), bytes);
+  }
+  expect_same(open(true));
+}
+
+TEST_F(RemoteDataset, ACacheOfAnothersBytesGivesNoWrongPoint) {
+  // Entries whose own checksums fit, with bytes of another section of the same size.
+  expect_same(open(true));
+  std::vector<std::filesystem::path> entries;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "cache"))
+    entries.push_back(entry.path());
+  for (std::size_t i = 1; i < entries.size(); ++i)
+    std::filesystem::copy_file(entries[0], entries[i],
+                               std::filesystem::copy_options::overwrite_existing);
+  expect_same(open(true));
+}
+
+TEST_F(RemoteDataset, DamageOnTheWayComesRight) {
+  for (const char* file : {"index.bin", "metadata.json", "nodes.bin"}) {
+    fail(file, {.kind = WebFault::kDamage, .bytes = file == std::string("nodes.bin") ? 0u : 30u},
+         1);
+    const DatasetReader remote = open();
+    fail(file, {.kind = WebFault::kDamage, .bytes = 0}, 1);
+    expect_same(remote);
+  }
+}
+
+TEST_F(RemoteDataset, DamageOnTheServerIsRefused) {
+  damage("index.bin", 300);
+  expect_refusal(ErrorKind::kInput, "checksum");
+  damage("index.bin", 300);
+  damage("metadata.json", 10);
+  expect_refusal(ErrorKind::kInput, "checksum");
+  damage("metadata.json", 10);
+  const DatasetReader remote = open();
+  damage("nodes.bin", 0);
+  EXPECT_THROW(remote.read_node(NodeId{0}, all_sections()), Error);
+}
+
+TEST_F(RemoteDataset, AFileOfAnotherSizeIsRefused) {
+  for (const char* file : {"nodes.bin", "metadata.json", "index.bin"}) {
+    const auto whole = test::read_file(site() / file);
+    auto longer = whole;
+    longer.push_back({});
+    test::write_file(site() / file, longer);
+    expect_refusal(ErrorKind::kInput, "size");
+    test::write_file(site() / file, whole);
+  }
+  expect_same(open());
+}
+
+TEST_F(RemoteDataset, AMissingFileIsToldByItsAddress) {
+  for (const char* file : {"nodes.bin", "metadata.json", "index.bin"}) {
+    std::filesystem::rename(site() / file, site() / "away");
+    expect_refusal(ErrorKind::kSystem, std::string(file) + " at byte 0: found status 404");
+    std::filesystem::rename(site() / "away", site() / file);
+  }
+}
+
+TEST_F(RemoteDataset, AServerWithoutRangesIsToldAtOnce) {
+  fail("index.bin", {.kind = WebFault::kWhole});
+  expect_refusal(ErrorKind::kSystem, "does not answer requests for ranges");
+}
+
+TEST_F(RemoteDataset, SizesThatAreOnlyClaimedTakeNoMemory) {
+  // An index whose head claims, checksum and all, what its server claims, too.
+  constexpr std::uint64_t kHuge = std::uint64_t{1} << 50;
+  auto bytes = test::read_file(site() / "index.bin");
+  const auto store = [&](std::size_t at) {
+    for (int i = 0; i < 8; ++i) bytes[at + i] = static_cast<std::byte>(kHuge >> (8 * i));
+  };
+  store(24);
+  test::write_file(site() / "index.bin", bytes);
+  fail("index.bin", {.kind = WebFault::kOtherTotal, .bytes = kHuge});
+  try {
+    open();
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_NE(error.kind(), ErrorKind::kInvariant) << error.what();
+  }
+}
+
+TEST_F(RemoteDataset, ADatasetReplacedWhileItIsReadGivesNoWrongPoint) {
+  const DatasetReader remote = open();
+  const NodeData root = remote.read_node(NodeId{0}, all_sections());
+  test::write_tiny_dataset(site(), test::make_tiny_tree(test::tiny_header(), 30'000));
+  try {
+    remote.read_node(NodeId{1}, all_sections());
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInput);
+    EXPECT_THAT(error.what(), HasSubstr("the dataset changed while it was read"));
+  }
+  EXPECT_EQ(remote.read_node(NodeId{0}, all_sections()).position, root.position);
+}
+
+TEST_F(RemoteDataset, WishesMakeNodesReady) {
+  const DatasetReader remote = open();
+  const auto wishes = remote.make_wishes(all_sections());
+  std::vector<NodeId> nodes;
+  for (std::uint64_t i = 0; i < remote.tree().node_count(); ++i) nodes.push_back(NodeId{i});
+  wishes->replace(nodes);
+  for (const NodeId id : nodes)
+    while (!wishes->ready(id)) std::this_thread::sleep_for(milliseconds(1));
+  const std::size_t requests = server_.requests().size();
+  expect_same(remote);
+  EXPECT_EQ(server_.requests().size(), requests);
+  EXPECT_LE(remote.access().fetched_bytes, remote.index_size_bytes() + remote.metadata().size() +
+                                               remote.head().nodes_size_bytes + 1);
+}
+
+TEST_F(RemoteDataset, ReadingAheadBringsEveryNodeOnce) {
+  const DatasetReader remote = open();
+  std::vector<NodeId> order;
+  for (std::uint64_t i = remote.tree().node_count(); i-- > 0;) order.push_back(NodeId{i});
+  ReadAhead ahead(remote, all_sections(), order);
+  const DatasetReader local = DatasetReader::open(site());
+  for (const NodeId id : order) {
+    ahead.next();
+    EXPECT_EQ(remote.read_node(id, all_sections()).position,
+              local.read_node(id, all_sections()).position);
+  }
+  ahead.next();  // behind the end
+  EXPECT_LE(server_.body_bytes(), remote.index_size_bytes() + remote.metadata().size() +
+                                      remote.head().nodes_size_bytes + 1);
+}
+
+TEST_F(RemoteDataset, EveryFaultAnywhereEndsInPointsOrOneLine) {
+  using Kind = WebFault::Kind;
+  const Kind kinds[] = {WebFault::kReset,       WebFault::kShort,      WebFault::kDrop,
+                        WebFault::kWhole,       WebFault::kStatus,     WebFault::kOtherRange,
+                        WebFault::kNoRange,     WebFault::kOtherTotal, WebFault::kLongLength,
+                        WebFault::kShortLength, WebFault::kDamage,     WebFault::kTag,
+                        WebFault::kGarbage};
+  for (const Kind kind : kinds)
+    for (std::size_t victim = 0; victim < 6; ++victim) {
+      const std::size_t base = server_.requests().size();
+      server_.set_script([=](const WebRequest& request) -> std::optional<WebFault> {
+        if (request.number - base != victim) return std::nullopt;
+        return WebFault{.kind = kind, .bytes = 1, .status = 404, .text = "x"};
+      });
+      try {
+        expect_same(open());
+      } catch (const Error& error) {
+        EXPECT_NE(error.kind(), ErrorKind::kInvariant) << error.what();
+        EXPECT_NE(error.kind(), ErrorKind::kUsage) << error.what();
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace cairn::formats

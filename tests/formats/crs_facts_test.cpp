@@ -1,0 +1,182 @@
+// What records of coordinate systems tell, and when two are the same. Numbers are those of the EPSG registry.
+#include "formats/scans/crs_facts.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+
+#include "formats/scans/crs.h"
+#include "formats/scans/wkt.h"
+
+namespace cairn::formats {
+namespace {
+
+using Records = std::vector<VariableLengthRecord>;
+
+Records wkt(const std::string& text) {
+  VariableLengthRecord record{.user_id = "LASF_Projection", .record_id = 2112};
+  for (const char c : text + std::string(1, '\0')) record.data.push_back(static_cast<std::byte>(c));
+  return {record};
+}
+
+/// GeoTIFF keys, each with its value in place.
+Records keys(const std::vector<std::pair<std::uint16_t, std::uint16_t>>& values) {
+  std::vector<std::uint16_t> words{1, 1, 0, static_cast<std::uint16_t>(values.size())};
+  for (const auto& [key, value] : values) words.insert(words.end(), {key, 0, 1, value});
+  VariableLengthRecord record{.user_id = "LASF_Projection", .record_id = 34735};
+  record.data.resize(2 * words.size());
+  std::memcpy(record.data.data(), words.data(), record.data.size());
+  return {record};
+}
+
+std::string utm(int zone, const std::string& unit, const std::string& code,
+                const std::string& name = "NAD83 / UTM") {
+  return "PROJCS[\"" + name +
+         "\", GEOGCS[\"NAD83\",DATUM[\"North_American_Datum_1983\","
+         "SPHEROID[\"GRS 1980\",6378137,298.257222101,AUTHORITY[\"EPSG\",\"7019\"]]],"
+         "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433],AUTHORITY[\"EPSG\",\"4269\"]]"
+         ","
+         "PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"latitude_of_origin\",0],"
+         "PARAMETER[\"central_meridian\"," +
+         std::to_string(6 * zone - 183) +
+         "],"
+         "PARAMETER[\"scale_factor\",0.9996],PARAMETER[\"false_easting\",500000]," +
+         unit + (code.empty() ? "" : ",AUTHORITY[\"EPSG\",\"" + code + "\"]") + "]";
+}
+const std::string kMetre = "UNIT[\"metre\",1]";
+
+TEST(Wkt, IsATreeOfKeywordsTextsAndNumbers) {
+  const auto node =
+      parse_wkt(" ProjCS [ \"a \"\"b\"\", c\" , UNIT(\"metre\", 1.0e0), AXIS[\"X\",EAST] ] ");
+  ASSERT_TRUE(node);
+  EXPECT_EQ(node->keyword, "PROJCS");
+  EXPECT_EQ(node->texts, std::vector<std::string>{"a \"b\", c"});
+  ASSERT_EQ(node->children.size(), 2U);
+  EXPECT_EQ(node->children[0].numbers, std::vector<double>{1});
+  EXPECT_EQ(node->children[1].texts, (std::vector<std::string>{"X", "EAST"}));
+}
+
+TEST(Wkt, RefusesWhatIsNone) {
+  std::string deep;
+  for (int i = 0; i < 40; ++i) deep += "A[";
+  deep += "1" + std::string(40, ']');
+  for (const std::string& text :
+       {std::string(), std::string("PROJCS"), std::string("PROJCS[\"a"), std::string("PROJCS[1,]"),
+        std::string("PROJCS[1]]"), std::string("PROJCS[]"), std::string("[1]"), deep,
+        "A[" + std::string(1 << 20, ' ') + "1]"})
+    EXPECT_FALSE(parse_wkt(text)) << text.substr(0, 40);
+}
+
+TEST(CrsFacts, OfWktOne) {
+  const CrsFacts facts =
+      crs_facts(wkt("COMPD_CS[\"both\"," + utm(10, kMetre, "26910") +
+                    ",VERT_CS[\"NAVD88 height (ftUS)\",VERT_DATUM[\"NAVD 88\",2005],"
+                    "UNIT[\"US survey foot\",0.304800609601219],AUTHORITY[\"EPSG\",\"6360\"]]]"));
+  EXPECT_EQ(facts.name, "both");
+  EXPECT_EQ(facts.geographic, false);
+  EXPECT_EQ(facts.code, 26910U);
+  EXPECT_EQ(facts.vertical_code, 6360U);
+  EXPECT_EQ(facts.unit_m, 1);
+  EXPECT_EQ(unit_name(facts.vertical_unit_m.value()), "US survey foot");
+  EXPECT_EQ(facts.numbers.at("central_meridian"), -123);
+  EXPECT_EQ(facts.numbers.at("inverse_flattening"), 298.257222101);
+}
+
+TEST(CrsFacts, OfWktTwo) {
+  const CrsFacts facts = crs_facts(
+      wkt("PROJCRS[\"WGS 84 / UTM zone 33N\",BASEGEOGCRS[\"WGS 84\",DATUM[\"World Geodetic System "
+          "1984\","
+          "ELLIPSOID[\"WGS 84\",6378137,298.257223563,LENGTHUNIT[\"metre\",1]]]],"
+          "CONVERSION[\"UTM zone 33N\",METHOD[\"Transverse Mercator\"],"
+          "PARAMETER[\"Longitude of natural origin\",15,ANGLEUNIT[\"degree\",0.0174532925199433]]],"
+          "CS[Cartesian,2],AXIS[\"easting\",east,ORDER[1],LENGTHUNIT[\"foot\",0.3048]],"
+          "AXIS[\"northing\",north,ORDER[2],LENGTHUNIT[\"foot\",0.3048]],ID[\"EPSG\",32633]]"));
+  EXPECT_EQ(facts.code, 32633U);
+  EXPECT_EQ(unit_name(facts.unit_m.value()), "foot");
+  EXPECT_EQ(facts.numbers.at("longitude_of_natural_origin"), 15);
+}
+
+TEST(CrsFacts, OfGeoTiffKeys) {
+  const CrsFacts facts =
+      crs_facts(keys({{1024, 1}, {3072, 2994}, {3076, 9002}, {4096, 5703}, {4099, 9003}}));
+  EXPECT_EQ(facts.code, 2994U);
+  EXPECT_EQ(facts.vertical_code, 5703U);
+  EXPECT_EQ(unit_name(facts.unit_m.value()), "foot");
+  EXPECT_EQ(unit_name(facts.vertical_unit_m.value()), "US survey foot");
+  EXPECT_EQ(crs_facts(keys({{1024, 2}, {2048, 4326}})).geographic, true);
+  EXPECT_EQ(crs_facts(keys({{1024, 2}, {2048, 4326}})).code, 4326U);
+  EXPECT_EQ(crs_facts(keys({{1024, 1}, {3072, 32767}})).code, std::nullopt);
+}
+
+TEST(CrsFacts, DamagedRecordsTellNothing) {
+  Records broken = keys({{3072, 2994}});
+  broken[0].data.resize(13);
+  EXPECT_EQ(crs_facts(broken).code, std::nullopt);
+  EXPECT_EQ(crs_facts(wkt("PROJCS[\"a\",UNIT[\"b\",1]")).unit_m, std::nullopt);
+  EXPECT_EQ(crs_facts({}).name, "");
+}
+
+CrsMatch match(const Records& a, const Records& b) {
+  EXPECT_EQ(compare_crs(a, b).match, compare_crs(b, a).match);
+  return compare_crs(a, b).match;
+}
+
+TEST(CompareCrs, NamesAndWhiteSpaceDoNotCount) {
+  EXPECT_EQ(
+      match(wkt(utm(10, kMetre, "")), wkt(utm(10, "UNIT[\"Meter\", 1.0]", "", "NAD_1983_UTM_10N"))),
+      CrsMatch::kSame);
+  EXPECT_EQ(match(wkt(utm(10, kMetre, "26910")), keys({{1024, 1}, {3072, 26910}, {3076, 9001}})),
+            CrsMatch::kSame);
+  EXPECT_EQ(match(crs_records("EPSG:26910").value(), wkt(utm(10, kMetre, "26910"))),
+            CrsMatch::kSame);
+  EXPECT_EQ(match({}, {}), CrsMatch::kSame);
+}
+
+TEST(CompareCrs, ZonesCodesEllipsoidsAndDegreesDo) {
+  EXPECT_EQ(match(wkt(utm(10, kMetre, "")), wkt(utm(11, kMetre, ""))), CrsMatch::kDifferent);
+  EXPECT_EQ(match(keys({{3072, 26910}}), keys({{3072, 26911}})), CrsMatch::kDifferent);
+  std::string other = utm(10, kMetre, "");
+  other.replace(other.find("298.257222101"), 13, "298.257223563");
+  EXPECT_EQ(match(wkt(utm(10, kMetre, "")), wkt(other)), CrsMatch::kDifferent);
+  EXPECT_EQ(match(keys({{1024, 2}, {2048, 4326}}), keys({{1024, 1}, {3072, 32633}})),
+            CrsMatch::kDifferent);
+  EXPECT_EQ(match(keys({{3072, 2994}, {4096, 5703}}), keys({{3072, 2994}, {4096, 6360}})),
+            CrsMatch::kDifferent);
+}
+
+TEST(CompareCrs, UnitsDoAndAreNamed) {
+  const CrsComparison feet =
+      compare_crs(keys({{3072, 2994}, {3076, 9002}}), keys({{3072, 2994}, {3076, 9003}}));
+  EXPECT_EQ(feet.match, CrsMatch::kDifferent);
+  EXPECT_EQ(feet.what, "unit of length");
+  EXPECT_EQ(feet.first, "foot");
+  EXPECT_EQ(feet.second, "US survey foot");
+  EXPECT_EQ(
+      compare_crs(keys({{3072, 2994}, {4099, 9001}}), keys({{3072, 2994}, {4099, 9002}})).what,
+      "unit of height");
+}
+
+TEST(CompareCrs, WhatTellsTooLittleIsUnknown) {
+  EXPECT_EQ(match(keys({{3072, 2994}}), wkt("LOCAL_CS[\"site\",UNIT[\"metre\",1]]")),
+            CrsMatch::kUnknown);
+  EXPECT_EQ(match(keys({{3072, 26910}}), wkt(utm(10, kMetre, ""))), CrsMatch::kUnknown);
+}
+
+TEST(CrsText, IsTakenBackAndKeepsToOneLine) {
+  for (const std::string text : {"EPSG:2994", "EPSG:4326", "PROJCS[\"a\",UNIT[\"metre\",1]]"}) {
+    const Records records = crs_records(text).value();
+    EXPECT_EQ(crs_text(records), text);
+    EXPECT_EQ(crs_of_comment("crs " + crs_text(records)), records);
+  }
+  EXPECT_EQ(crs_text(wkt("PROJCS[\"a\",\n  UNIT[\"metre\",1]]")),
+            "PROJCS[\"a\",   UNIT[\"metre\",1]]");
+  EXPECT_EQ(crs_text({}), "");
+  EXPECT_EQ(crs_text(wkt("PROJCS[\"" + std::string(40'000, 'a') + "\"]")), "");
+  EXPECT_TRUE(crs_of_comment("crs").empty());
+  EXPECT_TRUE(crs_of_comment("crs nothing known").empty());
+  EXPECT_TRUE(crs_of_comment("created by EPSG:2994").empty());
+}
+
+}  // namespace
+}  // namespace cairn::formats

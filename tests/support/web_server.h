@@ -1,0 +1,93 @@
+// A small HTTP server on the loopback that serves a folder by ranges, and misbehaves where a test tells it to. Nothing of it
+// is shared with what it tests: sockets and text alone.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace cairn::test {
+
+struct WebRequest {
+  std::string path;                            ///< without the first slash: "site.cairn/index.bin"
+  std::map<std::string, std::string> headers;  ///< names in lower case
+  std::optional<std::uint64_t> first, last;    ///< the range asked for, if there is one
+  std::size_t number = 0;                      ///< counts from 0
+  std::size_t connection = 0;                  ///< counts from 0
+
+  bool asks_for(const std::string& file) const { return path.ends_with(file); }
+};
+
+/// What is done instead of a good answer.
+struct WebFault {
+  enum Kind {
+    kReset,       ///< the connection is reset after `bytes` of the body
+    kStall,       ///< nothing comes after `bytes` of the body
+    kShort,       ///< the connection is closed after `bytes` of the body
+    kDrop,        ///< it is closed before an answer
+    kWhole,       ///< 200, as from a server that sends all of a file
+    kStatus,      ///< `status`, with `text` among the header lines
+    kOtherRange,  ///< a Content-Range that begins `bytes` later
+    kNoRange,     ///< 206 without Content-Range
+    kOtherTotal,  ///< a Content-Range with `bytes` as the file's size
+    kLongLength,  ///< a Content-Length that is `bytes` longer than the body, then the connection is closed
+    kShortLength,  ///< one that is `bytes` shorter; the body is whole
+    kDamage,       ///< byte `bytes` of the body is another
+    kHeader,       ///< a good answer with `text` among the header lines
+    kTag,          ///< a good answer with `text` as its ETag, empty: none
+    kGarbage,      ///< `text` instead of an answer
+  };
+  Kind kind = kDrop;
+  std::uint64_t bytes = 0;
+  int status = 0;
+  std::string text{};
+};
+
+class WebServer {
+ public:
+  using Script = std::function<std::optional<WebFault>(const WebRequest&)>;
+
+  /// Serves what is below `root`.
+  explicit WebServer(std::filesystem::path root);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  /// "http://127.0.0.1:PORT/" and `path`.
+  std::string url(const std::string& path = "") const;
+  /// Asked about every request, one at a time; nothing: a good answer.
+  void set_script(Script script);
+  /// All requests so far.
+  std::vector<WebRequest> requests() const;
+  std::uint64_t body_bytes() const { return body_bytes_; }  ///< sent so far
+  std::size_t connections() const { return connections_; }
+
+ private:
+  struct Answer;
+  void accept_all();
+  void serve(int socket, std::size_t connection);
+  bool answer(int socket, WebRequest request);
+  bool send_answer(int socket, const Answer& answer, const std::optional<WebFault>& fault);
+  Answer good_answer(const WebRequest& request) const;
+
+  std::filesystem::path root_;
+  int listening_ = -1;
+  std::uint16_t port_ = 0;
+  std::atomic<bool> ending_ = false;
+  std::atomic<std::uint64_t> body_bytes_ = 0;
+  std::atomic<std::size_t> connections_ = 0;
+  mutable std::mutex mutex_;  ///< of the next three
+  Script script_;
+  std::vector<WebRequest> requests_;
+  std::vector<std::thread> threads_;
+  std::thread acceptor_;
+};
+
+}  // namespace cairn::test
