@@ -251,6 +251,8 @@ struct Input {
   const char* crs;
 };
 
+void PrintTo(const Input& input, std::ostream* out) { *out << input.name; }
+
 class AttributeTable : public ProgramTest, public testing::WithParamInterface<Input> {
  protected:
   std::string exported(const std::string& suffix) {
@@ -366,7 +368,8 @@ TEST_F(LasAgain, EveryFieldAndRecordIsThatOfTheScan) {
   EXPECT_EQ(get_at<std::uint8_t>(after, entry + 2), 4);
   EXPECT_EQ(get_at<std::uint8_t>(after, entry + 3), 1 | 8 | 16);
   // And told to people.
-  for (const nlohmann::json& attribute : info().at("schema"))
+  const nlohmann::json schema = info().at("schema");
+  for (const nlohmann::json& attribute : schema)
     if (attribute.at("name") == "reflectance")
       EXPECT_EQ(attribute.at("las"), (nlohmann::json{{"name", "Reflectance"},
                                                      {"description", "in dB, r"},
