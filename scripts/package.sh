@@ -61,12 +61,12 @@ if [[ ! -e $bare.made ]]; then
 fi
 cp --archive --reflink=auto "$bare" "$root"
 mount -t proc proc "$root/proc"
-mkdir -p "$place/archives" "$root/work"
+mkdir -p "$place/archives" "$root/srv"
 cp "$place"/archives/*.deb "$root/var/cache/apt/archives/" 2>/dev/null || true
-cp "$place"/cairn_*.deb "$root/work/cairn.deb"
-cp "$place"/libcairn-dev_*.deb "$root/work/libcairn-dev.deb"
+cp "$place"/cairn_*.deb "$root/srv/cairn.deb"
+cp "$place"/libcairn-dev_*.deb "$root/srv/libcairn-dev.deb"
 laz=(../shared/data/laz/*.laz)
-[[ ! -f ${laz[0]} ]] || cp "${laz[0]}" "$root/work/scan.laz"
+[[ ! -f ${laz[0]} ]] || cp "${laz[0]}" "$root/srv/scan.laz"
 
 install_there() {
   in_root apt-get -qq -o Dpkg::Use-Pty=0 -o APT::Keep-Downloaded-Packages=true \
@@ -76,10 +76,10 @@ install_there() {
 fail() { printf 'scripts/package.sh: %s\n' "$*" >&2; exit 1; }
 
 echo "== A bare Debian $(cat "$root/etc/debian_version"): the program without what it recommends"
-install_there /work/cairn.deb
+install_there /srv/cairn.deb
 in_root cairn --version
 in_root bash -euc '
-  cd /work
+  cd /srv
   cairn simulate /usr/share/doc/cairn/examples/scenes/statue.toml -o statue --format las --points 200000 --progress none
   cairn build statue/campaign.toml -o statue.cairn --progress none >/dev/null
   cairn verify statue.cairn --against statue/campaign.toml --progress none
@@ -92,21 +92,21 @@ in_root bash -euc '
   COMP_WORDS=(cairn build --codec zs) COMP_CWORD=3
   _cairn cairn zs --codec
   test "${COMPREPLY[*]}" = zstd'
-if [[ -e $root/work/scan.laz ]]; then
-  ! in_root cairn build /work/scan.laz -o /work/scan.cairn --progress none 2>"$place/refused" ||
+if [[ -e $root/srv/scan.laz ]]; then
+  ! in_root cairn build /srv/scan.laz -o /srv/scan.cairn --progress none 2>"$place/refused" ||
     fail "LAZ was read without Node.js"
   grep --quiet "is the package nodejs installed?" "$place/refused" || fail "$(cat "$place/refused")"
   echo "== With Node.js: LAZ"
   install_there nodejs
-  in_root cairn build /work/scan.laz -o /work/scan.cairn --progress none >/dev/null
-  in_root cairn verify /work/scan.cairn --against /work/scan.laz --progress none
+  in_root cairn build /srv/scan.laz -o /srv/scan.cairn --progress none >/dev/null
+  in_root cairn verify /srv/scan.cairn --against /srv/scan.laz --progress none
 fi
 
 echo "== The library, for a program of others"
-install_there /work/libcairn-dev.deb g++ cmake make
-cp --archive tests/consumer "$root/work/consumer"
+install_there /srv/libcairn-dev.deb g++ cmake make
+cp --archive tests/consumer "$root/srv/consumer"
 in_root bash -euc '
-  cd /work
+  cd /srv
   cmake -S consumer -B built >/dev/null
   cmake --build built >/dev/null
   built/consumer statue.cairn'
