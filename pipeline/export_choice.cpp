@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include "formats/error.h"
+#include "pipeline/number_list.h"
 #include "pipeline/point_count.h"
 #include "viewer/error_cut.h"
 
@@ -20,21 +20,6 @@ using stages::WorldBox;
 [[noreturn]] void refuse(const char* flag, const std::string& found, std::string expected) {
   throw formats::Error(formats::ErrorKind::kUsage,
                        {.what = flag, .found = "'" + found + "'", .expected = std::move(expected)});
-}
-
-/// Finite numbers parted by commas; nothing for any other text.
-template <std::size_t kCount>
-std::optional<std::array<double, kCount>> parse_numbers(std::string_view text) {
-  std::array<double, kCount> numbers{};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (std::size_t i = 0; i < kCount; ++i) {
-    if (i > 0 && (at == end || *at++ != ',')) return std::nullopt;
-    const auto [rest, error] = std::from_chars(at, end, numbers[i]);
-    if (error != std::errc{} || !std::isfinite(numbers[i])) return std::nullopt;
-    at = rest;
-  }
-  return at == end ? std::optional(numbers) : std::nullopt;
 }
 
 void require_consistent(const ExportFlags& flags) {
@@ -59,9 +44,8 @@ Level level_of(const std::string& text, const formats::Tree& tree) {
 
 std::optional<WorldBox> box_of(const formats::DatasetReader& dataset, const std::string& text) {
   if (text.empty()) return std::nullopt;
-  const auto numbers = parse_numbers<6>(text);
-  if (!numbers) refuse("--box", text, "six numbers MINX,MINY,MINZ,MAXX,MAXY,MAXZ");
-  const auto& n = *numbers;
+  const std::vector<double> n = parse_numbers(text);
+  if (n.size() != 6) refuse("--box", text, "six numbers MINX,MINY,MINZ,MAXX,MAXY,MAXZ");
   const WorldBox box{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
   const formats::Grid& grid = dataset.header().grid;
   const formats::GridBox& all = dataset.record(formats::NodeId{0}).box;
@@ -100,10 +84,10 @@ viewer::ErrorCutLimits limits_of(const ExportFlags& flags, const std::optional<W
   if (!points) refuse("--budget", flags.budget, "a number of points such as 500k or 3M, or all");
   limits.points = *points;
   if (!flags.around.empty()) {
-    const auto place = parse_numbers<3>(flags.around);
-    if (!place) refuse("--around", flags.around, "three numbers X,Y,Z");
-    limits.focus = viewer::Focus{.point = {(*place)[0], (*place)[1], (*place)[2]},
-                                 .radius = flags.radius.value_or(0)};
+    const std::vector<double> place = parse_numbers(flags.around);
+    if (place.size() != 3) refuse("--around", flags.around, "three numbers X,Y,Z");
+    limits.focus =
+        viewer::Focus{.point = {place[0], place[1], place[2]}, .radius = flags.radius.value_or(0)};
   }
   if (box) limits.within = lod_box(*box);
   return limits;

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
 #include <thread>
 
@@ -12,6 +11,7 @@
 #include "pipeline/commands/results.h"
 #include "pipeline/commands/setting_flags.h"
 #include "pipeline/human.h"
+#include "pipeline/number_list.h"
 #include "pipeline/progress.h"
 
 namespace cairn::pipeline {
@@ -19,17 +19,8 @@ namespace {
 
 /// "LON,LAT" or "LON,LAT,HEIGHT".
 formats::GeographicPlace place_of(const std::string& text) {
-  std::vector<double> numbers;
-  const char *at = text.data(), *const end = at + text.size();
-  bool complete = false;
-  while (!complete) {
-    const auto parsed = std::from_chars(at, end, numbers.emplace_back());
-    if (parsed.ec != std::errc{} || !std::isfinite(numbers.back())) break;
-    complete = parsed.ptr == end;
-    if (!complete && *parsed.ptr != ',') break;
-    at = parsed.ptr + 1;
-  }
-  complete = complete && (numbers.size() == 2 || numbers.size() == 3);
+  const std::vector<double> numbers = parse_numbers(text);
+  const bool complete = numbers.size() == 2 || numbers.size() == 3;
   if (!complete || std::abs(numbers[0]) > 360 || std::abs(numbers[1]) > 90)
     throw formats::Error(
         formats::ErrorKind::kUsage,

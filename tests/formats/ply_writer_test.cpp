@@ -20,15 +20,6 @@ using test::get_at;
 
 const std::filesystem::path kShared = CAIRN_SHARED_DATA;
 
-template <typename T>
-void add(ScanInfo& info, PointBlock& block, std::string name, ScalarType type,
-         const std::vector<T>& values) {
-  info.schema.push_back(
-      {std::move(name), type, static_cast<std::uint8_t>(values.size() / block.count)});
-  const auto bytes = std::as_bytes(std::span(values));
-  block.columns.emplace_back(bytes.begin(), bytes.end());
-}
-
 TEST(PlyWriter, HeaderAndRowsAreAsDescribed) {
   const test::TemporaryFolder folder;
   ScanInfo info;
@@ -38,12 +29,12 @@ TEST(PlyWriter, HeaderAndRowsAreAsDescribed) {
   PointBlock block;
   block.count = 1;
   block.steps = {{1, 2, 3}};
-  add<std::uint8_t>(info, block, "color", ScalarType::kU8, {10, 20, 30});
-  add<float>(info, block, "normal", ScalarType::kF32, {0, 0.6f, 0.8f});
-  add<float>(info, block, "radius", ScalarType::kF32, {2.5f});
-  add<std::int16_t>(info, block, "pair", ScalarType::kI16, {-1, -2});
-  add<std::int64_t>(info, block, "id", ScalarType::kI64, {-9007199254740992});
-  add<std::uint8_t>(info, block, "x", ScalarType::kU8, {5});
+  test::add_column<std::uint8_t>(info, block, "color", ScalarType::kU8, {10, 20, 30});
+  test::add_column<float>(info, block, "normal", ScalarType::kF32, {0, 0.6f, 0.8f});
+  test::add_column<float>(info, block, "radius", ScalarType::kF32, {2.5f});
+  test::add_column<std::int16_t>(info, block, "pair", ScalarType::kI16, {-1, -2});
+  test::add_column<std::int64_t>(info, block, "id", ScalarType::kI64, {-9007199254740992});
+  test::add_column<std::uint8_t>(info, block, "x", ScalarType::kU8, {5});
   const auto writer = create_scan_writer(folder / "out.ply", info, 1000);
   writer->write(block);
   writer->finish();
@@ -93,7 +84,7 @@ TEST(PlyWriter, RefusesIntegersThatADoubleDoesNotHold) {
   PointBlock block;
   block.count = 1;
   block.world = {{1, 2, 3}};
-  add<std::uint64_t>(info, block, "id", ScalarType::kU64, {9007199254740993u});
+  test::add_column<std::uint64_t>(info, block, "id", ScalarType::kU64, {9007199254740993u});
   try {
     create_scan_writer(folder / "out.ply", info, 1)->write(block);
     ADD_FAILURE() << "not refused";

@@ -17,15 +17,6 @@
 namespace cairn::formats {
 namespace {
 
-template <typename T>
-void add(ScanInfo& info, PointBlock& block, std::string name, ScalarType type,
-         const std::vector<T>& values) {
-  info.schema.push_back(
-      {std::move(name), type, static_cast<std::uint8_t>(values.size() / block.count)});
-  const auto bytes = std::as_bytes(std::span(values));
-  block.columns.emplace_back(bytes.begin(), bytes.end());
-}
-
 void write(const std::filesystem::path& path, const ScanInfo& info, const PointBlock& block) {
   const auto writer = create_scan_writer(path, info, block.count, true);
   writer->write(block);
@@ -46,12 +37,12 @@ TEST_F(TextWriter, LinesAreAsDescribed) {
   info_.crs = crs_records("EPSG:2994").value();
   block_.count = 2;
   block_.steps = {{3701232, -5, 3}, {0, 0, -1}};
-  add<std::uint16_t>(info_, block_, "intensity", ScalarType::kU16, {65535, 0});
-  add<std::uint8_t>(info_, block_, "color", ScalarType::kU8, {10, 20, 30, 0, 0, 255});
-  add<float>(info_, block_, "normal", ScalarType::kF32, {0, 0.6f, -0.8f, 0, 0, 1});
-  add<double>(info_, block_, "gps_time", ScalarType::kF64, {12345.000001, -1e-300});
-  add<std::int8_t>(info_, block_, "pair", ScalarType::kI8, {-1, -2, 3, 4});
-  add<std::uint64_t>(info_, block_, "weight", ScalarType::kU64, {UINT64_MAX, 1});
+  test::add_column<std::uint16_t>(info_, block_, "intensity", ScalarType::kU16, {65535, 0});
+  test::add_column<std::uint8_t>(info_, block_, "color", ScalarType::kU8, {10, 20, 30, 0, 0, 255});
+  test::add_column<float>(info_, block_, "normal", ScalarType::kF32, {0, 0.6f, -0.8f, 0, 0, 1});
+  test::add_column<double>(info_, block_, "gps_time", ScalarType::kF64, {12345.000001, -1e-300});
+  test::add_column<std::int8_t>(info_, block_, "pair", ScalarType::kI8, {-1, -2, 3, 4});
+  test::add_column<std::uint64_t>(info_, block_, "weight", ScalarType::kU64, {UINT64_MAX, 1});
   const std::string names =
       "x y z intensity red green blue nx ny nz gps_time pair_0 pair_1 weight\n";
   const std::string rows =
@@ -89,9 +80,9 @@ TEST_F(TextWriter, EveryNumberReadsBackTheSame) {
     doubles.push_back(any_double());
     whole.push_back(static_cast<std::int64_t>(random()));
   }
-  add(info_, block_, "error", ScalarType::kF32, floats);
-  add(info_, block_, "gps_time", ScalarType::kF64, doubles);
-  add(info_, block_, "id", ScalarType::kI64, whole);
+  test::add_column(info_, block_, "error", ScalarType::kF32, floats);
+  test::add_column(info_, block_, "gps_time", ScalarType::kF64, doubles);
+  test::add_column(info_, block_, "id", ScalarType::kI64, whole);
   for (const char* name : {"out.txt", "out.CSV", "out.asc"}) {
     write(folder_ / name, info_, block_);
     const test::ScanPoints back = test::read_points(folder_ / name);
@@ -111,7 +102,7 @@ TEST_F(TextWriter, TellsWhatIsNoNumberSoThatItReadsBack) {
   block_.count = 3;
   block_.world = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
   const double none = std::numeric_limits<double>::quiet_NaN();
-  add<double>(info_, block_, "error", ScalarType::kF64, {-none, INFINITY, -INFINITY});
+  test::add_column<double>(info_, block_, "error", ScalarType::kF64, {-none, INFINITY, -INFINITY});
   write(folder_ / "out.xyz", info_, block_);
   const test::ScanPoints back = test::read_points(folder_ / "out.xyz");
   const auto type = back.info.schema.at(0).type;

@@ -6,8 +6,10 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/scans/scan_reader.h"
@@ -39,6 +41,16 @@ struct ScanPoints {
   /// The names of all attributes.
   std::vector<std::string> names() const;
 };
+
+/// Adds an attribute to a scan that is to be written: `values` are interleaved, as many for each of the block's points.
+template <typename T>
+void add_column(formats::ScanInfo& info, formats::PointBlock& block, std::string name,
+                formats::ScalarType type, const std::vector<T>& values) {
+  info.schema.push_back(
+      {std::move(name), type, static_cast<std::uint8_t>(values.size() / block.count)});
+  const auto bytes = std::as_bytes(std::span(values));
+  block.columns.emplace_back(bytes.begin(), bytes.end());
+}
 
 /// The one scan of a file. Throws std::logic_error if there are more.
 std::unique_ptr<formats::ScanReader> open_scan(const std::filesystem::path& path,
