@@ -46,6 +46,9 @@ struct ScanInfo {
   PositionEncoding encoding = PositionEncoding::kFloat64;
   std::array<double, 3> scale{1, 1, 1};   ///< kSteps only; finite and > 0
   std::array<double, 3> offset{0, 0, 0};  ///< kSteps only; finite
+  /// kSteps only: whether the scale is a way to store numbers, as in E57, where writers divide a scan's box by what an
+  /// integer holds, and no promise of such detail, as in LAS.
+  bool has_nominal_scale = false;
   Schema schema;
   /// Whether the values alone tell how wide the colours are, as in texts: those of 8 bits may be dark ones of 16.
   bool guesses_color_width = false;

@@ -155,6 +155,7 @@ class Planner {
         }))
       return;
     info_.encoding = PositionEncoding::kSteps;
+    info_.has_nominal_scale = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       info_.scale[axis] = fields_[axes[axis]].scale;
       info_.offset[axis] = fields_[axes[axis]].offset;
