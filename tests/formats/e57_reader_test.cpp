@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <set>
@@ -192,6 +194,51 @@ TEST_F(E57Reader, OneStreamAfterTheOtherIsReadToo) {
     return packet == stream ? left : 0;
   };
   expect_all_widths(read(scan), scan);
+}
+
+TEST_F(E57Reader, EmptyPacketsAreWalkedOverOnce) {
+  // Packet n holds stream n alone, more of them than are kept at hand, each behind 256 KiB of empty packets.
+  constexpr std::size_t kCount = 20000, kEmpty = std::size_t{64} << 10;
+  E57ScanBytes scan;
+  for (const char* name :
+       {"cartesianX", "cartesianY", "cartesianZ", "a", "b", "c", "d", "e", "f", "g", "h", "i"}) {
+    Values values;
+    for (std::size_t i = 0; i < kCount; ++i)
+      values.push_back(static_cast<std::int64_t>(scrambled(i + name[0]) % 65536));
+    scan.streams.push_back(test::e57_integers(name, 0, 65535, values));
+  }
+  scan.piece = [](std::size_t packet, std::size_t stream, std::size_t left) {
+    return packet == stream ? left : 0;
+  };
+  scan.before_packet = [](std::size_t) {
+    std::string run;
+    for (int i = 0; i < 4; ++i) run += test::e57_empty_packet(kEmpty);
+    return run;
+  };
+  const auto path = folder_.write("scan.e57", E57Bytes{.scans = {scan}}.bytes());
+  const auto reader = test::open_scan(path);
+  // Wrecked once the file is open: a page in each 64 that hold empty packets alone, as so many are read together.
+  const std::string bytes = test::read_text(path);
+  const auto is_empty = [&](std::size_t page) {
+    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(page * 1024);
+    return std::count(begin, begin + 1020, '\xee') >= 1016;
+  };
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  std::size_t wrecked = 0;
+  for (std::size_t first = 0; (first + 64) * 1024 <= bytes.size(); first += 64) {
+    bool all = true;
+    for (std::size_t page = first; page < first + 64; ++page) all = all && is_empty(page);
+    if (!all) continue;
+    file.seekp(static_cast<std::streamoff>(first * 1024 + 500));
+    file.put('\0');
+    ++wrecked;
+  }
+  file.close();
+  ASSERT_GE(wrecked, 12U * 3);
+  const auto points = test::read_points(*reader);
+  ASSERT_EQ(points.points.count, kCount);
+  for (std::size_t i = 0; i < kCount; ++i)
+    ASSERT_EQ(points.value<std::uint16_t>("i", i), scan.streams.back().values[i]);
 }
 
 TEST_F(E57Reader, PagesMayHaveAnotherSize) {
