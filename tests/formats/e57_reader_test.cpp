@@ -386,6 +386,49 @@ TEST_F(E57Reader, ColorsOfFullScaleStayAsTheyAre) {
   EXPECT_EQ(eight.value<std::uint8_t>("color", 0, 1), 9);
 }
 
+TEST_F(E57Reader, LimitsThatAreOfFewBitsOrOfSomeChannelsAreNoScale) {
+  for (const char* most : {"1", "3", "127"}) {
+    const auto held = read({.streams = line_with_colors(0, 255, {0, 1}, {1, 0}, {1, 1}),
+                            .xml = color_limits("Integer", most)});
+    EXPECT_EQ(held.value<std::uint8_t>("color", 1, 0), 1) << most;
+  }
+  // The darkest channel ends at 127 or at 255 by chance: as all stay as they are, so does the hue.
+  for (const auto& [most, dark] : {std::pair{255, "127"}, std::pair{1023, "255"}}) {
+    std::string xml = color_limits("Integer", most == 255 ? "203" : "803");
+    const std::size_t blue = xml.rfind("<colorBlueMaximum");
+    xml.replace(xml.find('>', blue) + 1, 3, dark);
+    const auto scan =
+        read({.streams = line_with_colors(0, most, {0, 100}, {0, 100}, {0, 100}), .xml = xml});
+    const auto channel = [&](std::size_t i) {
+      return most == 255 ? scan.value<std::uint8_t>("color", 1, i)
+                         : scan.value<std::uint16_t>("color", 1, i);
+    };
+    EXPECT_EQ(channel(0), most == 255 ? 100 : 6406) << most;  // 100 * 65535 / 1023 = 6406.2
+    EXPECT_EQ(channel(1), channel(0)) << most;
+    EXPECT_EQ(channel(2), channel(0)) << most;
+  }
+  // Nothing goes beyond what the fields hold.
+  const auto beyond = read({.streams = line_with_colors(0, 255, {0, 90}, {1, 2}, {80, 7}),
+                            .xml = color_limits("Integer", "65535")});
+  EXPECT_EQ(beyond.value<std::uint8_t>("color", 1, 0), 90);
+}
+
+TEST_F(E57Reader, ChannelsOfOneValueStayAsTheyAre) {
+  E57ScanBytes scan{.streams = line_with_colors(0, 255, {0, 255}, {1, 2}, {3, 4})};
+  scan.streams[4] = test::e57_integers("colorGreen", 200, 200, {200, 200});
+  const auto one = read(scan);
+  EXPECT_EQ(one.value<std::uint8_t>("color", 1, 0), 255);
+  EXPECT_EQ(one.value<std::uint8_t>("color", 1, 1), 200);
+  EXPECT_EQ(one.value<std::uint8_t>("color", 1, 2), 4);
+  const auto all = read({.streams = line_with_colors(200, 200, {200}, {200}, {200})});
+  EXPECT_EQ(all.value<std::uint8_t>("color", 0, 2), 200);
+  const auto wide = read({.streams = line_with_colors(300, 300, {300}, {300}, {300})});
+  EXPECT_EQ(wide.value<std::uint16_t>("color", 0, 2), 300);
+  // A least value that no one tells is that of 64 bits, and no range.
+  E57ScanBytes open{.streams = line_with_colors(INT64_MIN, 255, {7, 255}, {1, 2}, {3, 4})};
+  EXPECT_EQ(read(open).value<std::uint8_t>("color", 0, 0), 7);
+}
+
 TEST_F(E57Reader, OtherColorsAreScaledByTheirLimits) {
   // Ten bits, in a field of ten and of sixteen.
   for (const std::int64_t most : {1023, 65535}) {
@@ -439,6 +482,17 @@ TEST_F(E57Reader, ReturnsAreCountedFromOne) {
   EXPECT_EQ(points.value<std::uint8_t>("return_number", 0), 1);
   EXPECT_EQ(points.value<std::uint8_t>("return_number", 1), 3);
   EXPECT_EQ(points.value<std::uint8_t>("return_count", 1), 3);
+  // Elements of LAS tell that a LAS file's numbers were kept, which are from 1 on.
+  scan.streams[3] = test::e57_integers("returnIndex", 0, 3, {1, 3});
+  for (const char* element : {"las:classification", "las:fileSourceId"}) {
+    E57ScanBytes las = scan;
+    if (element == std::string("las:classification"))
+      las.streams.push_back(test::e57_integers(element, 0, 31, {2, 6}));
+    else
+      las.xml = "<las:fileSourceId type=\"Integer\"/>";
+    EXPECT_EQ(read(las).value<std::uint8_t>("return_number", 0), 1) << element;
+    EXPECT_EQ(read(las).value<std::uint8_t>("return_number", 1), 3) << element;
+  }
 }
 
 TEST_F(E57Reader, OtherNumbersAreKeptByNameInTheirTypes) {

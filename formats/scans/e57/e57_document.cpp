@@ -119,7 +119,6 @@ class DocumentReader {
 
   E57Scan read_scan(const pugi::xml_node& node) {
     E57Scan scan;
-    scan.name = node.child("name").child_value();
     scan.pose = read_pose(node.child("pose"));
     const pugi::xml_node points = node.child("points");
     if (!points || type_of(points) != "CompressedVector")
@@ -133,7 +132,15 @@ class DocumentReader {
     add_fields(points.child("prototype"), "", scan.fields);
     check_codecs(points.child("codecs"));
     read_limits(node.child("colorLimits"), scan);
+    scan.has_las_elements = has_las_elements(node) || has_las_elements(points.child("prototype"));
     return scan;
+  }
+
+  /// By the prefix that las2e57 gives them, as in "las:pointSourceId".
+  static bool has_las_elements(const pugi::xml_node& parent) {
+    return std::ranges::any_of(parent.children(), [](const pugi::xml_node& node) {
+      return std::string_view(node.name()).starts_with("las:");
+    });
   }
 
   std::optional<Pose> read_pose(const pugi::xml_node& node) {
