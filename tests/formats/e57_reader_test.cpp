@@ -368,6 +368,23 @@ TEST_F(E57Reader, PosesPlacePointsAndTurnNormals) {
   EXPECT_EQ(scans[1].world(0), (Position{0, 0, 0}));
 }
 
+TEST_F(E57Reader, TheSensorIsKnownOfStationsOnly) {
+  const std::string still =
+      "<pose type=\"Structure\"><rotation type=\"Structure\"><w type=\"Float\">1</w></rotation>"
+      "<translation type=\"Structure\"/></pose>";
+  E57ScanBytes scan{.streams = test::e57_line(2), .xml = still};
+  EXPECT_FALSE(read(scan).info.sensor);
+  scan.xml = "<pose type=\"Structure\"/>";
+  EXPECT_FALSE(read(scan).info.sensor);
+  scan.xml = kEighthTurnAndMove;
+  EXPECT_EQ(read(scan).info.sensor, (Vector3{10, 20, 30}));
+  for (const char* index : {"rowIndex", "columnIndex"}) {
+    E57ScanBytes grid{.streams = test::e57_line(2), .xml = still};
+    grid.streams.push_back(test::e57_integers(index, 0, 9, {1, 2}));
+    EXPECT_EQ(read(grid).info.sensor, (Vector3{0, 0, 0})) << index;
+  }
+}
+
 TEST_F(E57Reader, ColorsOfFullScaleStayAsTheyAre) {
   const auto narrow = read({.streams = line_with_colors(0, 255, {0, 255}, {1, 2}, {128, 7})});
   EXPECT_EQ(narrow.value<std::uint8_t>("color", 1, 0), 255);

@@ -19,6 +19,16 @@ namespace {
 
 constexpr std::uint64_t kStretchRecords = 4 * kBlockPoints;
 
+/// Whether the scan's frame is that of its sensor. A pose that moves nothing tells no more than none: merged and
+/// georeferenced clouds have it too.
+bool is_of_station(const E57Scan& scan, const E57Plan& plan) {
+  const auto is_grid = [](const E57Field& field) {
+    return field.name == "rowIndex" || field.name == "columnIndex";
+  };
+  return plan.is_spherical || (scan.pose && *scan.pose != Pose{}) ||
+         std::ranges::any_of(scan.fields, is_grid);
+}
+
 class E57Reader final : public ScanReader {
  public:
   /// `part` is empty for the only scan of a file, `places` of all its scans.
@@ -36,7 +46,7 @@ class E57Reader final : public ScanReader {
                    .found = info_.part,
                    .expected = "cartesianX, Y and Z, or sphericalRange, Azimuth and Elevation"});
     info_.pose = scan.pose;
-    if (scan.pose || plan->is_spherical) info_.sensor = Vector3{};
+    if (is_of_station(scan, *plan)) info_.sensor = Vector3{};
     section_ =
         std::make_unique<E57Section>(*file_, scan, used_fields(*plan),
                                      E57Walk{.stretch_records = kStretchRecords,
