@@ -40,11 +40,16 @@ std::string names_of(const std::vector<const ScanInfo*>& scans) {
 }
 
 /// Some writers leave a record behind that is empty.
-bool tells_crs(const ScanInfo& scan) {
-  const formats::CrsFacts facts = formats::crs_facts(scan.crs);
-  return facts.code || facts.unit_m || facts.vertical_unit_m || facts.geographic ||
+bool tells_crs(const formats::CrsFacts& facts) {
+  return facts.code || facts.unit_m || facts.vertical_unit_m || facts.kind ||
          !facts.numbers.empty() || (!facts.name.empty() && facts.name != "unnamed");
 }
+
+/// A coordinate system, and the first scan that has it.
+struct KnownCrs {
+  const ScanInfo* scan = nullptr;
+  formats::CrsFacts facts;
+};
 
 /// The attribute as the scan has it, if it tells its colors in 16 bits.
 bool has_wide_color(const ScanInfo& scan) {
@@ -106,20 +111,28 @@ Telling telling_of(const stages::Scans& scans, const formats::Attribute& attribu
 }  // namespace
 
 void require_one_crs(const stages::Scans& scans) {
-  const ScanInfo* first = nullptr;
   std::vector<const ScanInfo*> without, unlike;
+  std::vector<KnownCrs> known;  // distinct ones: scans of a campaign mostly have one
   for (const auto& scan : scans) {
     const ScanInfo& info = scan->info();
-    if (!tells_crs(info)) {
+    formats::CrsFacts facts = formats::crs_facts(info.crs);
+    if (!tells_crs(facts)) {
       without.push_back(&info);
       continue;
     }
-    if (first == nullptr) first = &info;
-    const formats::CrsComparison comparison = formats::compare_crs(first->crs, info.crs);
-    if (comparison.match == formats::CrsMatch::kDifferent) refuse(info, *first, comparison);
-    if (comparison.match == formats::CrsMatch::kUnknown) unlike.push_back(&info);
+    // Two that are unknown to a third may contradict each other.
+    for (const KnownCrs& other : known) {
+      const formats::CrsComparison comparison = formats::compare_crs(other.facts, facts);
+      if (comparison.match == formats::CrsMatch::kDifferent) refuse(info, *other.scan, comparison);
+    }
+    if (!known.empty() && formats::compare_crs(known.front().scan->crs, info.crs).match ==
+                              formats::CrsMatch::kUnknown)
+      unlike.push_back(&info);
+    if (std::ranges::find(known, facts, &KnownCrs::facts) == known.end())
+      known.push_back({&info, std::move(facts)});
   }
-  if (first == nullptr) return;
+  if (known.empty()) return;
+  const ScanInfo* first = known.front().scan;
   const std::string name = printable(formats::crs_name(first->crs));
   if (!without.empty())
     tell_note(fmt::format(

@@ -9,8 +9,7 @@
 
 namespace cairn::pipeline {
 
-/// Scans whose coordinate systems contradict that of the first which has one (see formats::compare_crs) are refused: Error
-/// (kInput). Those that cannot be compared, and those that have none beside some that have, are told in a note.
+/// Scans whose coordinate systems contradict that of any before (see formats::compare_crs) are refused: Error (kInput). Those that cannot be compared, and those that have none beside some that have, are told in a note.
 void require_one_crs(const stages::Scans& scans);
 
 /// 8 if the campaign's colors are of 16 bits and no scan has one above 255, though some that is not black, as LAS files

@@ -1,5 +1,7 @@
 // What scans tell beside their points: coordinate systems, colors of 8 bits in fields of 16, scales of extra bytes. LAS files
 // made byte by byte, and real ones.
+#include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "tests/end_to_end/program_test.h"
@@ -68,6 +70,31 @@ TEST_F(ScanFacts, ScansOfDifferentSystemsAreRefusedUnlessTold) {
   EXPECT_EQ(bytes.substr(227 + 54, utm10.size() - 54), utm10.substr(54));
   EXPECT_EQ(build_two({utm10}, {utm11}, {"--crs", "EPSG:26911"}).exit_code, 0);
   EXPECT_EQ(info().at("crs").at("epsg"), 26911);
+}
+
+TEST_F(ScanFacts, ContradictionsAreFoundInAnyOrder) {
+  const std::string site = "LOCAL_CS[\"our site\",UNIT[\"metre\",1]]";
+  const auto code = [](int n) { return geo_keys({{1024, 1}, {3072, n}}); };
+  const auto in_feet = geo_keys({{1024, 1}, {3072, 2994}, {3076, 9002}}),
+             in_metres = geo_keys({{1024, 1}, {3072, 2994}, {3076, 9001}});
+  // The first of each agrees with both others, as far as can be told.
+  const std::vector<std::array<std::string, 3>> triples{
+      {vlr_bytes("LASF_Projection", 2112, site + '\0'), code(26910), code(26911)},
+      {code(2994), in_feet, in_metres}};
+  for (const auto& triple : triples) {
+    std::vector<int> order{0, 1, 2};
+    do {
+      std::vector<std::string> files;
+      for (const int i : order)
+        files.push_back(las("scan" + std::to_string(files.size()) + ".las",
+                            {triple[static_cast<std::size_t>(i)]}));
+      const Outcome outcome = build({files[0], files[1], files[2], "--force"});
+      expect_refusal(outcome, 3);
+      EXPECT_THAT(outcome.err, HasSubstr("is not that of the scans before"));
+      const bool agreeing_last = order[2] == 0;
+      EXPECT_THAT(outcome.err, HasSubstr(agreeing_last ? "of scan1.las is" : "of scan2.las is"));
+    } while (std::ranges::next_permutation(order).found);
+  }
 }
 
 TEST_F(ScanFacts, FeetAreNotSurveyFeetNorHeightsInMetres) {

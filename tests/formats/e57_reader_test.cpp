@@ -560,6 +560,9 @@ TEST_F(E57Reader, ACoordinateSystemIsKeptIfItIsWkt) {
   EXPECT_EQ(crs[0].record_id, 2112);
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(crs[0].data.data())),
             "PROJCS[\"somewhere\"]");
+  // The long forms of ISO 19162.
+  for (const char* text : {"PROJECTEDCRS[\"a\"]", "GEODETICCRS[\"a\"]", "GEOGRAPHICCRS[\"a\"]"})
+    EXPECT_EQ(crs_of(text).size(), 1U) << text;
   EXPECT_TRUE(crs_of("").empty());
   EXPECT_TRUE(crs_of("somewhere in the hills").empty());
 }
