@@ -68,6 +68,12 @@ bool looks_narrow(const ScanInfo& scan, const stages::ScanLedger& ledger) {
   return has_wide_color(scan) && ledger.brightest > 0 && ledger.brightest <= kMostByte;
 }
 
+/// Whether two ranges have at least half of what they cover together in common.
+bool share_half(const std::array<double, 2>& a, const std::array<double, 2>& b) {
+  const double common = std::min(a[1], b[1]) - std::max(a[0], b[0]);
+  return 2 * common >= std::max(a[1], b[1]) - std::min(a[0], b[0]);
+}
+
 const AttributeDetails* details_of(const ScanInfo& scan, const std::string& attribute) {
   const auto at = std::ranges::find(scan.details, attribute, &AttributeDetails::attribute);
   return at == scan.details.end() ? nullptr : &*at;
@@ -172,6 +178,27 @@ void tell_dark_scans(const stages::Scans& scans, const formats::Schema& schema,
         fmt::format("no color of {} is above 255, as if of 8 bits in fields of 16; beside the "
                     "others, which are of 16, they are dark",
                     names_of(dark)));
+}
+
+void tell_intensity_limits(const stages::Scans& scans, const formats::Schema& schema) {
+  constexpr std::string_view kIntensity = formats::attribute_name::kIntensity;
+  if (!formats::find_attribute(schema, kIntensity)) return;
+  const ScanInfo* first = nullptr;
+  std::vector<const ScanInfo*> others;
+  for (const auto& scan : scans) {
+    const ScanInfo& info = scan->info();
+    if (!info.intensity_limits || !formats::find_attribute(info.schema, kIntensity)) continue;
+    if (first == nullptr) first = &info;
+    if (!share_half(*first->intensity_limits, *info.intensity_limits)) others.push_back(&info);
+  }
+  if (others.empty()) return;
+  const auto shown = [](const ScanInfo& scan) {
+    return fmt::format("{} to {}", significant((*scan.intensity_limits)[0], 6),
+                       significant((*scan.intensity_limits)[1], 6));
+  };
+  tell_note(fmt::format(
+      "intensities of {} go from {}, those of {} from {}: values are kept as they are stored",
+      names_of(others), shown(*others.front()), printable(first->name()), shown(*first)));
 }
 
 std::vector<AttributeDetails> common_details(const stages::Scans& scans,

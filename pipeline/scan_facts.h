@@ -22,6 +22,11 @@ unsigned color_bits_of(const stages::Scans& scans, const formats::Schema& schema
 void tell_dark_scans(const stages::Scans& scans, const formats::Schema& schema,
                      const std::vector<stages::ScanLedger>& ledger);
 
+/// Scans that tell other limits of their intensities than the first which tells any, so that less than half of the range
+/// of both is shared: told in a note, as values are kept as they are stored. (Limits are often what a scan happens to hold,
+/// so they are never quite the same.)
+void tell_intensity_limits(const stages::Scans& scans, const formats::Schema& schema);
+
 /// What LAS files tell of extra bytes of the campaign's schema, where all scans that have an attribute tell the same.
 std::vector<formats::AttributeDetails> common_details(const stages::Scans& scans,
                                                       const formats::Schema& schema);

@@ -59,6 +59,8 @@ struct ScanInfo {
   std::uint64_t uncounted_records = 0;
   std::vector<VariableLengthRecord> crs;
   std::vector<AttributeDetails> details;  ///< at most one an attribute
+  /// Least and greatest intensity that E57 tells, finite and apart: what the sensor can tell, or what the scan holds.
+  std::optional<std::array<double, 2>> intensity_limits;
   std::optional<Pose> pose;  ///< of the scan's frame in the world, as the file tells it
   /// Where the sensor stood, in the frame of the points that are handed out.
   std::optional<Vector3> sensor;

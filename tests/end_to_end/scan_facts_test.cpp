@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/e57_bytes.h"
 #include "tests/support/las_bytes.h"
 #include "tests/support/las_points.h"
 #include "tests/support/shared_data.h"
@@ -178,6 +179,37 @@ TEST_F(ScanFacts, DarkScansAmongOthersAreToldAndBlackOnesAreNot) {
   const Outcome dropped = build({dark, "--drop", "color", "--force"});
   EXPECT_EQ(dropped.err, "");
   EXPECT_THAT(dropped.out, Not(HasSubstr("of 8 bits")));
+}
+
+TEST_F(ScanFacts, IntensitiesOfOtherRangesAreTold) {
+  const auto scan = [](const E57Stream& intensity, const std::string& most) {
+    E57ScanBytes made{.streams = e57_line(3),
+                      .xml =
+                          "<intensityLimits type=\"Structure\"><intensityMinimum type=\"Float\"/>"
+                          "<intensityMaximum type=\"Float\">" +
+                          most + "</intensityMaximum></intensityLimits>"};
+    made.streams.push_back(intensity);
+    return made;
+  };
+  const auto real = scan(e57_floats("intensity", {0, 0.5F, 1}), "1"),
+             whole = scan(e57_integers("intensity", 0, 2047, {0, 9, 2047}), "2047"),
+             held = scan(e57_integers("intensity", 0, 2047, {0, 9, 1980}), "1980");
+  const auto build_of = [&](const std::vector<E57ScanBytes>& scans,
+                            const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments{folder_.write("site.e57", E57Bytes{.scans = scans}.bytes()),
+                                       "--force"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    const Outcome outcome = build(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(
+      build_of({real, whole, held}, {}),
+      HasSubstr("cairn: note: intensities of site.e57, scan 2 and site.e57, scan 3 go from 0 to "
+                "2047, those of site.e57, scan 1 from 0 to 1: values are kept as they are "
+                "stored"));
+  EXPECT_EQ(build_of({whole, held}, {}), "");
+  EXPECT_EQ(build_of({real, whole}, {"--drop", "intensity"}), "");
 }
 
 TEST_F(ScanFacts, ExtraBytesOfOtherScalesAreTold) {

@@ -567,6 +567,26 @@ TEST_F(E57Reader, ACoordinateSystemIsKeptIfItIsWkt) {
   EXPECT_TRUE(crs_of("somewhere in the hills").empty());
 }
 
+TEST_F(E57Reader, IntensityLimitsAreToldInUnitsOfTheValues) {
+  const auto limits_of = [&](const std::string& xml) {
+    return read_with(test::e57_integers("intensity", 0, 2047, {1, 2, 3}),
+                     "<intensityLimits type=\"Structure\">" + xml + "</intensityLimits>")
+        .info.intensity_limits;
+  };
+  using Limits = std::array<double, 2>;
+  EXPECT_EQ(limits_of("<intensityMinimum type=\"Integer\"/>"
+                      "<intensityMaximum type=\"Integer\">2047</intensityMaximum>"),
+            (Limits{0, 2047}));
+  EXPECT_EQ(
+      limits_of("<intensityMinimum type=\"Float\">-1</intensityMinimum>"
+                "<intensityMaximum type=\"ScaledInteger\" scale=\"0.5\">3</intensityMaximum>"),
+      (Limits{-1, 1.5}));
+  EXPECT_FALSE(limits_of(""));
+  EXPECT_FALSE(
+      limits_of("<intensityMinimum type=\"Float\">7</intensityMinimum>"
+                "<intensityMaximum type=\"Float\">7</intensityMaximum>"));
+}
+
 TEST_F(E57Reader, ScansWithoutPointsAreEmpty) {
   E57ScanBytes none{.streams = test::e57_line(0)};
   EXPECT_EQ(read(none).points.count, 0U);

@@ -51,6 +51,7 @@ struct E57Scan {
   bool has_las_elements = false;
   /// Of red, green and blue.
   std::array<std::optional<std::array<double, 2>>, 3> color_limits;
+  std::optional<std::array<double, 2>> intensity_limits;
 };
 
 struct E57Document {

@@ -1,6 +1,7 @@
 #include "formats/scans/e57/e57_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -46,6 +47,9 @@ class E57Reader final : public ScanReader {
                    .found = info_.part,
                    .expected = "cartesianX, Y and Z, or sphericalRange, Azimuth and Elevation"});
     info_.pose = scan.pose;
+    const auto& limits = scan.intensity_limits;
+    if (limits && std::isfinite((*limits)[1] - (*limits)[0]) && (*limits)[0] < (*limits)[1])
+      info_.intensity_limits = limits;
     if (is_of_station(scan, *plan)) info_.sensor = Vector3{};
     section_ =
         std::make_unique<E57Section>(*file_, scan, used_fields(*plan),
