@@ -140,6 +140,7 @@ class Build {
     const stages::ImportOptions import = import_options(options_, scans);
     const stages::CampaignSize size = stages::campaign_size(scans, import);
     tell_lost_details(scans, size.schema);
+    tell_intensity_limits(scans, size.schema);
     require_room_for_estimates(options_, size.schema);
     if (options_.filter.balance_exposure) stages::require_balanced_column(size.schema);
     require_disk(workspace_, journal_, options_, size, import.number_scans);

@@ -173,7 +173,7 @@ std::string units_text(const formats::DatasetReader& dataset) {
   if (formats::read_metadata_crs(dataset.metadata(), records)) return "";
   const formats::CrsFacts facts = formats::crs_facts(records);
   std::string text;
-  if (facts.geographic == true) text += ", degrees";
+  if (facts.kind == formats::CrsKind::kGeographic) text += ", degrees";
   if (facts.unit_m) text += ", in units of a " + formats::unit_name(*facts.unit_m);
   if (facts.vertical_unit_m && facts.vertical_unit_m != facts.unit_m)
     text += ", heights in units of a " + formats::unit_name(*facts.vertical_unit_m);

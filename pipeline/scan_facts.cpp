@@ -40,11 +40,16 @@ std::string names_of(const std::vector<const ScanInfo*>& scans) {
 }
 
 /// Some writers leave a record behind that is empty.
-bool tells_crs(const ScanInfo& scan) {
-  const formats::CrsFacts facts = formats::crs_facts(scan.crs);
-  return facts.code || facts.unit_m || facts.vertical_unit_m || facts.geographic ||
+bool tells_crs(const formats::CrsFacts& facts) {
+  return facts.code || facts.unit_m || facts.vertical_unit_m || facts.kind ||
          !facts.numbers.empty() || (!facts.name.empty() && facts.name != "unnamed");
 }
+
+/// A coordinate system, and the first scan that has it.
+struct KnownCrs {
+  const ScanInfo* scan = nullptr;
+  formats::CrsFacts facts;
+};
 
 /// The attribute as the scan has it, if it tells its colors in 16 bits.
 bool has_wide_color(const ScanInfo& scan) {
@@ -61,6 +66,12 @@ constexpr std::uint16_t kMostByte = 255;
 
 bool looks_narrow(const ScanInfo& scan, const stages::ScanLedger& ledger) {
   return has_wide_color(scan) && ledger.brightest > 0 && ledger.brightest <= kMostByte;
+}
+
+/// Whether two ranges have at least half of what they cover together in common.
+bool share_half(const std::array<double, 2>& a, const std::array<double, 2>& b) {
+  const double common = std::min(a[1], b[1]) - std::max(a[0], b[0]);
+  return 2 * common >= std::max(a[1], b[1]) - std::min(a[0], b[0]);
 }
 
 const AttributeDetails* details_of(const ScanInfo& scan, const std::string& attribute) {
@@ -106,20 +117,28 @@ Telling telling_of(const stages::Scans& scans, const formats::Attribute& attribu
 }  // namespace
 
 void require_one_crs(const stages::Scans& scans) {
-  const ScanInfo* first = nullptr;
   std::vector<const ScanInfo*> without, unlike;
+  std::vector<KnownCrs> known;  // distinct ones: scans of a campaign mostly have one
   for (const auto& scan : scans) {
     const ScanInfo& info = scan->info();
-    if (!tells_crs(info)) {
+    formats::CrsFacts facts = formats::crs_facts(info.crs);
+    if (!tells_crs(facts)) {
       without.push_back(&info);
       continue;
     }
-    if (first == nullptr) first = &info;
-    const formats::CrsComparison comparison = formats::compare_crs(first->crs, info.crs);
-    if (comparison.match == formats::CrsMatch::kDifferent) refuse(info, *first, comparison);
-    if (comparison.match == formats::CrsMatch::kUnknown) unlike.push_back(&info);
+    // Two that are unknown to a third may contradict each other.
+    for (const KnownCrs& other : known) {
+      const formats::CrsComparison comparison = formats::compare_crs(other.facts, facts);
+      if (comparison.match == formats::CrsMatch::kDifferent) refuse(info, *other.scan, comparison);
+    }
+    if (!known.empty() && formats::compare_crs(known.front().scan->crs, info.crs).match ==
+                              formats::CrsMatch::kUnknown)
+      unlike.push_back(&info);
+    if (std::ranges::find(known, facts, &KnownCrs::facts) == known.end())
+      known.push_back({&info, std::move(facts)});
   }
-  if (first == nullptr) return;
+  if (known.empty()) return;
+  const ScanInfo* first = known.front().scan;
   const std::string name = printable(formats::crs_name(first->crs));
   if (!without.empty())
     tell_note(fmt::format(
@@ -159,6 +178,27 @@ void tell_dark_scans(const stages::Scans& scans, const formats::Schema& schema,
         fmt::format("no color of {} is above 255, as if of 8 bits in fields of 16; beside the "
                     "others, which are of 16, they are dark",
                     names_of(dark)));
+}
+
+void tell_intensity_limits(const stages::Scans& scans, const formats::Schema& schema) {
+  constexpr std::string_view kIntensity = formats::attribute_name::kIntensity;
+  if (!formats::find_attribute(schema, kIntensity)) return;
+  const ScanInfo* first = nullptr;
+  std::vector<const ScanInfo*> others;
+  for (const auto& scan : scans) {
+    const ScanInfo& info = scan->info();
+    if (!info.intensity_limits || !formats::find_attribute(info.schema, kIntensity)) continue;
+    if (first == nullptr) first = &info;
+    if (!share_half(*first->intensity_limits, *info.intensity_limits)) others.push_back(&info);
+  }
+  if (others.empty()) return;
+  const auto shown = [](const ScanInfo& scan) {
+    return fmt::format("{} to {}", significant((*scan.intensity_limits)[0], 6),
+                       significant((*scan.intensity_limits)[1], 6));
+  };
+  tell_note(fmt::format(
+      "intensities of {} go from {}, those of {} from {}: values are kept as they are stored",
+      names_of(others), shown(*others.front()), printable(first->name()), shown(*first)));
 }
 
 std::vector<AttributeDetails> common_details(const stages::Scans& scans,

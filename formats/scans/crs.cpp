@@ -6,6 +6,7 @@
 
 #include "formats/bytes.h"
 #include "formats/scans/epsg_kind.h"
+#include "formats/scans/wkt.h"
 
 namespace cairn::formats {
 namespace {
@@ -15,7 +16,7 @@ constexpr std::uint16_t kWktRecord = 2112;  // LAS 1.4, "OGC Coordinate System W
 
 // GeoTIFF 1.1: keys and values of the directory.
 constexpr std::uint16_t kModelTypeKey = 1024, kGeographicCodeKey = 2048, kProjectedCodeKey = 3072;
-constexpr std::uint16_t kProjected = 1, kGeographic = 2, kUserDefined = 32767;
+constexpr std::uint16_t kProjected = 1, kGeographic = 2, kUndefined = 0, kUserDefined = 32767;
 
 VariableLengthRecord record(std::uint16_t id, std::vector<std::byte> data) {
   return {
@@ -40,12 +41,13 @@ VariableLengthRecord geo_keys(std::uint16_t code, bool geographic) {
   return record(kGeoKeyRecord, std::move(out).take());
 }
 
+/// Heights alone are no system of points.
 bool begins_wkt(std::string_view text) {
-  constexpr std::array<std::string_view, 11> kWords{
-      "PROJCS[",  "GEOGCS[",      "GEOCCS[",  "COMPD_CS[", "LOCAL_CS[", "PROJCRS[",
-      "GEODCRS[", "COMPOUNDCRS[", "GEOGCRS[", "ENGCRS[",   "BOUNDCRS["};
-  return std::any_of(kWords.begin(), kWords.end(),
-                     [&](std::string_view word) { return text.starts_with(word); });
+  constexpr std::size_t kLongestKeyword = 16;
+  const std::size_t open = text.substr(0, kLongestKeyword + 1).find('[');
+  if (open == std::string_view::npos) return false;
+  const auto system = wkt_system(text.substr(0, open));
+  return system && system != WktSystem::kVertical;
 }
 
 /// The code that a directory of GeoTIFF keys names, the projected system's first.
@@ -54,7 +56,8 @@ std::optional<std::uint16_t> code_of(const VariableLengthRecord& keys) {
   const auto word = [&](std::size_t i) { return load_le<std::uint16_t>(&keys.data[2 * i]); };
   // After four words of a header, four a key: its number, where its value stands, how many, the value.
   for (std::size_t i = 4; 2 * (i + 4) <= keys.data.size(); i += 4) {
-    const bool in_place = word(i + 1) == 0 && word(i + 2) == 1 && word(i + 3) != kUserDefined;
+    const bool in_place = word(i + 1) == 0 && word(i + 2) == 1 && word(i + 3) != kUndefined &&
+                          word(i + 3) != kUserDefined;
     if (in_place && word(i) == kProjectedCodeKey) return word(i + 3);
     if (in_place && word(i) == kGeographicCodeKey) code = word(i + 3);
   }

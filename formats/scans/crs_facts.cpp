@@ -38,46 +38,58 @@ std::optional<std::uint32_t> epsg_code(const WktNode& node) {
   return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(code) : std::nullopt;
 }
 
+bool is_length(double metres) { return std::isfinite(metres) && metres > 0; }
+
 /// Metres in the unit of a system's coordinates; of WKT 2 the unit may stand with an axis.
 std::optional<double> length_unit(const WktNode& crs) {
   const WktNode* unit = crs.child("UNIT", "LENGTHUNIT");
   if (unit == nullptr)
     if (const WktNode* axis = crs.child("AXIS")) unit = axis->child("UNIT", "LENGTHUNIT");
-  if (unit == nullptr || unit->numbers.empty() || !(unit->numbers[0] > 0)) return std::nullopt;
+  if (unit == nullptr || unit->numbers.empty() || !is_length(unit->numbers[0])) return std::nullopt;
   return unit->numbers[0];
+}
+
+void add_number(const std::string& name, double number, CrsFacts& facts) {
+  if (std::isfinite(number)) facts.numbers.emplace(name, number);
 }
 
 void add_numbers(const WktNode& node, CrsFacts& facts) {
   if (node.keyword == "PARAMETER" && !node.texts.empty() && !node.numbers.empty())
-    facts.numbers.emplace(sanitised_name(node.texts[0]), node.numbers[0]);
+    add_number(sanitised_name(node.texts[0]), node.numbers[0], facts);
   if ((node.keyword == "SPHEROID" || node.keyword == "ELLIPSOID") && node.numbers.size() >= 2) {
-    facts.numbers.emplace("semi_major_axis", node.numbers[0]);
-    facts.numbers.emplace("inverse_flattening", node.numbers[1]);
+    add_number("semi_major_axis", node.numbers[0], facts);
+    add_number("inverse_flattening", node.numbers[1], facts);
   }
   if (node.keyword == "TOWGS84" || node.keyword == "EXTENSION") return;
   for (const WktNode& child : node.children) add_numbers(child, facts);
 }
 
+std::optional<CrsKind> kind_of(std::optional<WktSystem> system) {
+  if (system == WktSystem::kProjected) return CrsKind::kProjected;
+  if (system == WktSystem::kGeographic) return CrsKind::kGeographic;
+  if (system == WktSystem::kGeocentric) return CrsKind::kGeocentric;
+  return std::nullopt;
+}
+
 void add_horizontal(const WktNode& crs, CrsFacts& facts) {
-  const bool projected = crs.keyword == "PROJCS" || crs.keyword == "PROJCRS";
-  const bool geographic = crs.keyword == "GEOGCS" || crs.keyword == "GEOGCRS" ||
-                          crs.keyword == "GEODCRS" || crs.keyword == "GEOGRAPHICCRS";
-  if (!projected && !geographic) return;
-  facts.geographic = geographic;
+  const auto kind = kind_of(wkt_system(crs));
+  if (!kind) return;
+  facts.kind = kind;
   facts.code = epsg_code(crs);
-  if (projected) facts.unit_m = length_unit(crs);
+  if (kind != CrsKind::kGeographic) facts.unit_m = length_unit(crs);
   add_numbers(crs, facts);
 }
 
 void add_wkt(const WktNode& crs, CrsFacts& facts) {
-  if (crs.keyword == "BOUNDCRS") {
+  const auto system = wkt_system(crs);
+  if (system == WktSystem::kBound) {
     const WktNode* source = crs.child("SOURCECRS");
     if (source != nullptr && !source->children.empty()) add_wkt(source->children[0], facts);
     return;
   }
-  if (crs.keyword != "COMPD_CS" && crs.keyword != "COMPOUNDCRS") return add_horizontal(crs, facts);
+  if (system != WktSystem::kCompound) return add_horizontal(crs, facts);
   for (const WktNode& part : crs.children) {
-    if (part.keyword == "VERT_CS" || part.keyword == "VERTCRS" || part.keyword == "VERTICALCRS") {
+    if (wkt_system(part) == WktSystem::kVertical) {
       facts.vertical_code = epsg_code(part);
       facts.vertical_unit_m = length_unit(part);
     } else {
@@ -94,6 +106,9 @@ std::optional<double> unit_of_code(double code) {
   return std::nullopt;
 }
 
+/// Values in place, which are codes, that say nothing: undefined, and told by other keys.
+bool is_no_code(std::uint16_t value) { return value == 0 || value == 32767; }
+
 /// Keys of GeoTIFF 1.1 that hold numbers, by their numbers.
 std::map<std::uint16_t, double> geo_keys(std::span<const VariableLengthRecord> records) {
   std::map<std::uint16_t, double> keys;
@@ -105,7 +120,7 @@ std::map<std::uint16_t, double> geo_keys(std::span<const VariableLengthRecord> r
   const auto word = [&](std::size_t i) { return load_le<std::uint16_t>(&directory->data[2 * i]); };
   for (std::size_t i = 4; 2 * (i + 4) <= directory->data.size(); i += 4) {
     if (word(i + 2) != 1) continue;
-    if (word(i + 1) == 0) keys.emplace(word(i), word(i + 3));
+    if (word(i + 1) == 0 && !is_no_code(word(i + 3))) keys.emplace(word(i), word(i + 3));
     const std::size_t at = std::size_t{8} * word(i + 3);
     if (word(i + 1) == 34736 && doubles != records.end() && at + 8 <= doubles->data.size())
       keys.emplace(word(i), load_le<double>(&doubles->data[at]));
@@ -113,36 +128,48 @@ std::map<std::uint16_t, double> geo_keys(std::span<const VariableLengthRecord> r
   return keys;
 }
 
+/// Of GTModelTypeGeoKey.
+std::optional<CrsKind> kind_of_model(std::optional<double> model) {
+  if (model == 1) return CrsKind::kProjected;
+  if (model == 2) return CrsKind::kGeographic;
+  if (model == 3) return CrsKind::kGeocentric;
+  return std::nullopt;
+}
+
 /// What the WKT has not told already.
 void add_geo_keys(const std::map<std::uint16_t, double>& keys, CrsFacts& facts) {
-  constexpr std::uint16_t kModel = 1024, kGeographic = 2048, kProjected = 3072, kUnit = 3076,
-                          kUnitSize = 3077, kVertical = 4096, kVerticalUnit = 4099,
-                          kUserDefined = 32767;
+  constexpr std::uint16_t kModel = 1024, kGeodetic = 2048, kProjected = 3072, kUnit = 3076,
+                          kUnitSize = 3077, kVertical = 4096, kVerticalUnit = 4099;
   const auto value = [&](std::uint16_t key) {
     const auto at = keys.find(key);
     return at == keys.end() ? std::nullopt : std::optional(at->second);
   };
   const auto code = [&](std::uint16_t key) {
     const auto found = value(key);
-    const bool named = found && *found > 0 && *found < 65536 && *found != kUserDefined;
+    const bool named = found && *found > 0 && *found < 65536;
     return named ? std::optional(static_cast<std::uint32_t>(*found)) : std::nullopt;
   };
-  if (!facts.geographic && value(kModel)) facts.geographic = value(kModel) == 2;
-  if (!facts.code) facts.code = facts.geographic == true ? code(kGeographic) : code(kProjected);
+  if (!facts.kind) facts.kind = kind_of_model(value(kModel));
+  const bool lengths = facts.kind != CrsKind::kGeographic;
+  if (!facts.code)
+    facts.code = lengths && facts.kind != CrsKind::kGeocentric ? code(kProjected) : code(kGeodetic);
   // GeoTIFF 1.0 had heights' codes of its own, below those of the registry.
   if (const auto vertical = code(kVertical); !facts.vertical_code && vertical > 5106U)
     facts.vertical_code = vertical;
-  if (!facts.unit_m && facts.geographic != true) {
-    facts.unit_m = value(kUnitSize);
+  if (!facts.unit_m && lengths) {
+    if (const auto size = value(kUnitSize); size && is_length(*size)) facts.unit_m = size;
     if (const auto unit = value(kUnit); unit && unit_of_code(*unit))
       facts.unit_m = unit_of_code(*unit);
   }
   if (!facts.vertical_unit_m)
     if (const auto unit = value(kVerticalUnit)) facts.vertical_unit_m = unit_of_code(*unit);
-  // The rest of a system that has no code: an ellipsoid, a projection and its parameters.
+  // The rest of a system that has no code: an ellipsoid, a projection and its parameters. Its unit is told already.
+  const auto defines = [](std::uint16_t key) {
+    return (key >= 2050 && key <= 2061) ||
+           (key >= 3074 && key <= 3095 && key != kUnit && key != kUnitSize);
+  };
   for (const auto& [key, number] : keys)
-    if (!facts.code && ((key >= 2050 && key <= 2061) || (key >= 3074 && key <= 3095)))
-      facts.numbers.emplace(fmt::format("geotiff_{}", key), number);
+    if (!facts.code && defines(key)) add_number(fmt::format("geotiff_{}", key), number, facts);
 }
 
 std::string named(const CrsFacts& facts) {
@@ -164,7 +191,7 @@ CrsComparison compare_facts(const CrsFacts& a, const CrsFacts& b) {
                      unit_name(*b.vertical_unit_m));
   const auto system = [&] { return different("coordinate system", named(a), named(b)); };
   if (a.code && b.code && a.code != b.code) return system();
-  if (a.geographic && b.geographic && a.geographic != b.geographic) return system();
+  if (a.kind && b.kind && a.kind != b.kind) return system();
   if (a.vertical_code && b.vertical_code && a.vertical_code != b.vertical_code)
     return different("system of heights", fmt::format("EPSG:{}", *a.vertical_code),
                      fmt::format("EPSG:{}", *b.vertical_code));
@@ -179,7 +206,7 @@ CrsComparison compare_facts(const CrsFacts& a, const CrsFacts& b) {
     ++shared;
   }
   const bool all = shared > 0 && shared == a.numbers.size() && shared == b.numbers.size();
-  return {all && a.geographic == b.geographic && a.unit_m.has_value() == b.unit_m.has_value()
+  return {all && a.kind == b.kind && a.unit_m.has_value() == b.unit_m.has_value()
               ? CrsMatch::kSame
               : CrsMatch::kUnknown};
 }
@@ -206,6 +233,10 @@ CrsComparison compare_crs(std::span<const VariableLengthRecord> first,
                           std::span<const VariableLengthRecord> second) {
   if (std::ranges::equal(first, second)) return {CrsMatch::kSame};
   return compare_facts(crs_facts(first), crs_facts(second));
+}
+
+CrsComparison compare_crs(const CrsFacts& first, const CrsFacts& second) {
+  return compare_facts(first, second);
 }
 
 }  // namespace cairn::formats

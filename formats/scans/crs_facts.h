@@ -13,15 +13,22 @@
 
 namespace cairn::formats {
 
+enum class CrsKind : std::uint8_t {
+  kProjected,
+  kGeographic,  ///< degrees
+  kGeocentric,
+};
+
 struct CrsFacts {
-  std::string name;                            ///< see crs_name
-  std::optional<bool> geographic;              ///< degrees, or a projection's lengths
+  std::string name;  ///< see crs_name
+  std::optional<CrsKind> kind;
   std::optional<std::uint32_t> code;           ///< EPSG, of the horizontal system
   std::optional<std::uint32_t> vertical_code;  ///< EPSG, of the heights' system
   std::optional<double> unit_m;                ///< metres in a horizontal unit; none for degrees
   std::optional<double> vertical_unit_m;       ///< metres in a unit of height
   /// Numbers that define the system, by name ("false_easting", "inverse_flattening", "geotiff_3081").
   std::map<std::string, double> numbers;
+  friend bool operator==(const CrsFacts&, const CrsFacts&) = default;
 };
 
 /// Of WKT, and what that does not tell of GeoTIFF keys. What is damaged tells nothing.
@@ -41,9 +48,10 @@ struct CrsComparison {
 };
 
 /// Whether two systems are the same. Different are those that contradict each other: other EPSG codes, units of length,
-/// or defining numbers, degrees in one of them. Names do not count, they are spelt in many ways. Unknown where
+/// or defining numbers, degrees or geocentric coordinates in one of them. Names do not count, they are spelt in many ways. Unknown where
 /// nothing that both tell says so.
 CrsComparison compare_crs(std::span<const VariableLengthRecord> first,
                           std::span<const VariableLengthRecord> second);
+CrsComparison compare_crs(const CrsFacts& first, const CrsFacts& second);
 
 }  // namespace cairn::formats

@@ -38,7 +38,7 @@ class PositionMap {
   }
 
   /// Maps the position stored at `bytes` in the scan's encoding. Coordinates beyond int32 saturate; a
-  /// grid from choose_grid has none.
+  /// grid that was chosen for the scan has none.
   GridPoint map(const std::byte* bytes) const {
     GridPoint out;
     for (std::size_t axis = 0; axis < 3; ++axis) out[axis] = map_axis(bytes, axis);

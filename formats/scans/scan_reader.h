@@ -46,6 +46,9 @@ struct ScanInfo {
   PositionEncoding encoding = PositionEncoding::kFloat64;
   std::array<double, 3> scale{1, 1, 1};   ///< kSteps only; finite and > 0
   std::array<double, 3> offset{0, 0, 0};  ///< kSteps only; finite
+  /// kSteps only: whether the scale is a way to store numbers, as in E57, where writers divide a scan's box by what an
+  /// integer holds, and no promise of such detail, as in LAS.
+  bool has_nominal_scale = false;
   Schema schema;
   /// Whether the values alone tell how wide the colours are, as in texts: those of 8 bits may be dark ones of 16.
   bool guesses_color_width = false;
@@ -56,6 +59,8 @@ struct ScanInfo {
   std::uint64_t uncounted_records = 0;
   std::vector<VariableLengthRecord> crs;
   std::vector<AttributeDetails> details;  ///< at most one an attribute
+  /// Least and greatest intensity that E57 tells, finite and apart: what the sensor can tell, or what the scan holds.
+  std::optional<std::array<double, 2>> intensity_limits;
   std::optional<Pose> pose;  ///< of the scan's frame in the world, as the file tells it
   /// Where the sensor stood, in the frame of the points that are handed out.
   std::optional<Vector3> sensor;

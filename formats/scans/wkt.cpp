@@ -1,13 +1,31 @@
 #include "formats/scans/wkt.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <utility>
+
+#include "formats/lower_case.h"
 
 namespace cairn::formats {
 namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 constexpr int kMostDepth = 32;
+
+/// OGC 01-009 and ISO 19162:2019, which has a long form of most keywords.
+constexpr std::array<std::pair<std::string_view, WktSystem>, 19> kSystems{{
+    {"PROJCS", WktSystem::kProjected},         {"PROJCRS", WktSystem::kProjected},
+    {"PROJECTEDCRS", WktSystem::kProjected},   {"DERIVEDPROJCRS", WktSystem::kProjected},
+    {"GEOGCS", WktSystem::kGeographic},        {"GEOGCRS", WktSystem::kGeographic},
+    {"GEOGRAPHICCRS", WktSystem::kGeographic}, {"GEOCCS", WktSystem::kGeocentric},
+    {"GEODCRS", WktSystem::kGeodetic},         {"GEODETICCRS", WktSystem::kGeodetic},
+    {"VERT_CS", WktSystem::kVertical},         {"VERTCRS", WktSystem::kVertical},
+    {"VERTICALCRS", WktSystem::kVertical},     {"COMPD_CS", WktSystem::kCompound},
+    {"COMPOUNDCRS", WktSystem::kCompound},     {"BOUNDCRS", WktSystem::kBound},
+    {"LOCAL_CS", WktSystem::kLocal},           {"ENGCRS", WktSystem::kLocal},
+    {"ENGINEERINGCRS", WktSystem::kLocal},
+}};
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 bool ends_word(char c) {
@@ -90,6 +108,21 @@ class Parser {
 };
 
 }  // namespace
+
+std::optional<WktSystem> wkt_system(std::string_view keyword) {
+  const auto at =
+      std::ranges::find(kSystems, keyword, &std::pair<std::string_view, WktSystem>::first);
+  return at == kSystems.end() ? std::nullopt : std::optional(at->second);
+}
+
+std::optional<WktSystem> wkt_system(const WktNode& node) {
+  const auto system = wkt_system(node.keyword);
+  if (system != WktSystem::kGeodetic) return system;
+  const WktNode* axes = node.child("CS");
+  const bool ellipsoidal =
+      axes == nullptr || axes->texts.empty() || lower_case(axes->texts[0]) == "ellipsoidal";
+  return ellipsoidal ? WktSystem::kGeographic : WktSystem::kGeocentric;
+}
 
 std::optional<WktNode> parse_wkt(std::string_view text) {
   if (text.size() > kMostBytes) return std::nullopt;

@@ -2,6 +2,7 @@
 // make of it) and WKT 2 (ISO 19162), have this form: KEYWORD[value, value, ...].
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,23 @@ struct WktNode {
     return nullptr;
   }
 };
+
+/// What kind of coordinate reference system a node is.
+enum class WktSystem : std::uint8_t {
+  kProjected,
+  kGeographic,  ///< degrees
+  kGeocentric,  ///< lengths from the middle of the earth
+  kGeodetic,    ///< one of both: its CS tells which
+  kVertical,
+  kCompound,
+  kBound,
+  kLocal,
+};
+
+/// Of a keyword of either version, short or long, in upper case. Nothing for one that begins no system.
+std::optional<WktSystem> wkt_system(std::string_view keyword);
+/// As above, but a geodetic system is told to be geographic or geocentric.
+std::optional<WktSystem> wkt_system(const WktNode& node);
 
 /// Nothing for a text that is none, is nested more than 32 deep or is longer than 1 MiB.
 std::optional<WktNode> parse_wkt(std::string_view text);

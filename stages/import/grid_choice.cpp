@@ -66,24 +66,9 @@ std::optional<Grid> common_scale_grid(std::span<const ScanExtent> scans) {
   return grid;
 }
 
-/// World coordinate of a native one; the one place where LAS steps are scaled in floating point.
-double world_of(const ScanInfo& scan, std::size_t axis, double native) {
-  return scan.encoding == PositionEncoding::kSteps ? scan.offset[axis] + scan.scale[axis] * native
-                                                   : native;
-}
-
 ScanBox world_box(std::span<const ScanExtent> scans) {
   ScanBox box;
-  for (const ScanExtent& extent : scans) {
-    if (extent.box.empty()) continue;
-    std::array<double, 3> low, high;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = world_of(*extent.scan, axis, extent.box.min[axis]);
-      high[axis] = world_of(*extent.scan, axis, extent.box.max[axis]);
-    }
-    box.add(low);
-    box.add(high);
-  }
+  for (const ScanExtent& extent : scans) box.add(world_box(*extent.scan, extent.box));
   return box;
 }
 
@@ -176,7 +161,7 @@ constexpr double kLeastExtent = 1e-140;
 
 void require_range(std::span<const ScanExtent> scans) {
   for (const ScanExtent& extent : scans) {
-    const ScanBox box = world_box({&extent, 1});
+    const ScanBox box = world_box(*extent.scan, extent.box);
     for (std::size_t axis = 0; !box.empty() && axis < 3; ++axis)
       if (!(std::max(std::fabs(box.min[axis]), std::fabs(box.max[axis])) <= kFarthest))
         formats::throw_input(
@@ -193,6 +178,16 @@ void require_range(std::span<const ScanExtent> scans) {
 }
 
 }  // namespace
+
+ScanBox world_box(const ScanInfo& scan, const ScanBox& box) {
+  if (box.empty() || scan.encoding != PositionEncoding::kSteps) return box;
+  ScanBox world;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    world.min[axis] = scan.offset[axis] + scan.scale[axis] * box.min[axis];
+    world.max[axis] = scan.offset[axis] + scan.scale[axis] * box.max[axis];
+  }
+  return world;
+}
 
 void ScanBox::add(const std::array<double, 3>& p) {
   if (empty()) {
@@ -211,9 +206,12 @@ void ScanBox::add(const ScanBox& other) {
   add(other.max);
 }
 
-Grid choose_grid(std::span<const ScanExtent> scans, std::optional<double> accepted_resolution) {
+std::optional<Grid> common_grid(std::span<const ScanExtent> scans) {
   require_range(scans);
-  if (const auto grid = common_scale_grid(scans)) return *grid;
+  return common_scale_grid(scans);
+}
+
+Grid fitted_grid(std::span<const ScanExtent> scans, std::optional<double> accepted_resolution) {
   const ScanBox box = world_box(scans);
   CAIRN_CHECK(!box.empty());
   const Grid grid = power_of_two_grid(box);

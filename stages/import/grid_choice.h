@@ -21,24 +21,31 @@ struct ScanBox {
   void add(const ScanBox& other);
 };
 
+/// A box in a scan's own encoding as one in world units.
+ScanBox world_box(const formats::ScanInfo& scan, const ScanBox& box);
+
 struct ScanExtent {
   const formats::ScanInfo* scan = nullptr;
   ScanBox box;
-  /// The finest detail that the scan can tell, world units: a LAS scale; for float input 2^-22 of the
-  /// longest side of the box of its middle 99 % (of the distinct coordinates, where nearly all points are
-  /// one), or what its type can tell at the farthest corner of that box, whichever is coarser. Infinite
-  /// where nothing is known (no points).
+  /// The finest detail that the scan can tell, world units. Of LAS its scale. Of float input 2^-22 of the longest side of
+  /// the box of its middle 99 % (of the distinct coordinates, where nearly all points are one), or what its type can
+  /// tell at the farthest corner of that box, whichever is coarser. Of a nominal scale as of floats, but no finer
+  /// than the scale. Infinite where nothing is known (no points).
   double resolution = 0;
 };
 
-/// The grid that fits all scans, of which one has a point. If every scan with points is on steps of one scale per
+/// The grid of the scans' own steps, of which one has a point: if every scan with points is on steps of one scale per
 /// axis (or whole multiples), with offsets a whole number of steps apart, the grid has just those steps and import
-/// is lossless; otherwise the step is the smallest power of two by which the extent fits 30 bits. The smallest
-/// coordinate of an axis becomes step 0 (or the smallest int32, where the span needs 32 bits). Throws Error
-/// (kInput), naming the scan and its farthest coordinates, where the step would be coarser than a scan's resolution
-/// and coarser than `accepted_resolution`; and where coordinates beyond 1e140 or an extent below 1e-140 have
-/// squares that a double cannot hold.
-formats::Grid choose_grid(std::span<const ScanExtent> scans,
+/// is lossless. Nothing if they share none. Resolutions are not asked for. Throws Error (kInput) where coordinates
+/// beyond 1e140 or an extent below 1e-140 have squares that a double cannot hold.
+std::optional<formats::Grid> common_grid(std::span<const ScanExtent> scans);
+
+/// The grid for scans without a common one: the step is the smallest power of two by which the extent fits 30 bits.
+/// Throws Error (kInput), naming the scan and its farthest coordinates, where the step would be coarser than a scan's
+/// resolution and coarser than `accepted_resolution`.
+///
+/// Of both, the smallest coordinate of an axis becomes step 0 (or the smallest int32, where the span needs 32 bits).
+formats::Grid fitted_grid(std::span<const ScanExtent> scans,
                           std::optional<double> accepted_resolution);
 
 }  // namespace cairn::stages

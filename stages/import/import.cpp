@@ -259,12 +259,14 @@ ScanBox shortest_of_distinct(AxisSamples samples) {
 /// 2^-22 of the longest side of the box of the middle 99 % of a scan's points, per axis; judged on samples,
 /// since it only tells stray points from the rest. Where nearly all points are one, the others tell what detail
 /// there is; where they are two, their distance. `box`, of all points of the scan, has an extent.
-double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncoding encoding,
+double float_resolution(ImportedPoints& points, std::size_t scan, const ScanInfo& info,
                         const ScanBox& box) {
+  const PositionEncoding encoding = info.encoding;
   ScanBox middle = middle_of(sample_positions(points, scan, encoding));
   if (middle.min == middle.max)
     middle = shortest_of_distinct(sample_others(points, scan, encoding, middle.min));
   if (middle.min == middle.max) middle = box;
+  middle = world_box(info, middle);
   const double float_digits =
       encoding == PositionEncoding::kFloat32 ? std::ldexp(1.0, -24) : std::ldexp(1.0, -50);
   double resolution = 0;
@@ -276,23 +278,27 @@ double float_resolution(ImportedPoints& points, std::size_t scan, PositionEncodi
   return resolution;
 }
 
-ScanExtent extent_of(ImportedPoints& points, std::size_t scan, const ScanInfo& info,
+/// See ScanExtent::resolution.
+double resolution_of(ImportedPoints& points, std::size_t scan, const ScanInfo& info,
                      const ScanBox& box) {
-  ScanExtent extent{&info, box, std::numeric_limits<double>::infinity()};
   // Where all points are one there is no detail to lose.
-  if (box.empty() || box.min == box.max) return extent;
-  extent.resolution = info.encoding == PositionEncoding::kSteps
-                          ? *std::min_element(info.scale.begin(), info.scale.end())
-                          : float_resolution(points, scan, info.encoding, box);
-  return extent;
+  if (box.empty() || box.min == box.max) return std::numeric_limits<double>::infinity();
+  if (info.encoding != PositionEncoding::kSteps) return float_resolution(points, scan, info, box);
+  const double scale = *std::min_element(info.scale.begin(), info.scale.end());
+  return info.has_nominal_scale ? std::max(scale, float_resolution(points, scan, info, box))
+                                : scale;
 }
 
 formats::Grid fix_grid(ImportedPoints& points, const Scans& scans,
-                       const std::vector<ScanBox>& boxes, std::optional<double> resolution) {
+                       const std::vector<ScanBox>& boxes, std::optional<double> accepted) {
   std::vector<ScanExtent> extents;
   for (std::size_t s = 0; s < scans.size(); ++s)
-    extents.push_back(extent_of(points, s, scans[s]->info(), boxes[s]));
-  return choose_grid(extents, resolution);
+    extents.push_back({&scans[s]->info(), boxes[s], std::numeric_limits<double>::infinity()});
+  if (const auto grid = common_grid(extents)) return *grid;
+  // To judge them, positions are read once more.
+  for (std::size_t s = 0; s < scans.size(); ++s)
+    extents[s].resolution = resolution_of(points, s, scans[s]->info(), boxes[s]);
+  return fitted_grid(extents, accepted);
 }
 
 /// See ScanLedger::precision.

@@ -36,7 +36,7 @@ struct CampaignSize {
 CampaignSize campaign_size(const Scans& scans, const ImportOptions& options);
 
 /// Reads every scan. Throws Error (kInput) for damaged scans, no usable point, or a grid that would be
-/// too coarse (see choose_grid).
+/// too coarse (see fitted_grid).
 ImportedPoints import_scans(const Scans& scans, const ImportOptions& options, Context& context);
 
 /// Streams the campaign's points as canonical records: 12-byte grid position, then the attributes of `schema`. What

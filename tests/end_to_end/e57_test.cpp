@@ -1,5 +1,9 @@
 // E57 through the real program: all files of others built and proved, hostile ones refused, scans of one file as one
 // campaign, and a file larger than the memory that it is read with.
+#include <cmath>
+#include <limits>
+#include <sstream>
+
 #include "tests/end_to_end/program_test.h"
 #include "tests/support/e57_bytes.h"
 #include "tests/support/manifest.h"
@@ -94,6 +98,50 @@ TEST_F(E57, InvalidRecordsAreCountedAsNoReturn) {
   EXPECT_EQ(info().at("points"), 750);
   EXPECT_EQ(info().at("dropped"), 250);
   EXPECT_EQ(info().at("sources").at(0).at("dropped").at("no_return"), 250);
+}
+
+/// Points along the diagonal of a cube with this side, on integer steps of this scale.
+E57ScanBytes diagonal(double side, double scale, const std::string& xml = "") {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  std::vector<std::int64_t> values;
+  for (int i = 0; i < 1000; ++i) values.push_back(std::llround(side * i / 999 / scale));
+  E57ScanBytes scan{.streams = {}, .xml = xml};
+  std::ostringstream text;
+  text << "scale=\"" << scale << '"';
+  for (const char* name : {"cartesianX", "cartesianY", "cartesianZ"})
+    scan.streams.push_back(e57_scaled(name, 0, kMost, text.str(), values));
+  return scan;
+}
+
+std::string pose_xml(const std::string& x) {
+  return "<pose type=\"Structure\"><rotation type=\"Structure\"><w type=\"Float\">1</w></rotation>"
+         "<translation type=\"Structure\"><x type=\"Float\">" +
+         x + "</x></translation></pose>";
+}
+
+TEST_F(E57, FineStepsOfScansThatShareNoneAreNoPromise) {
+  // Micrometres over 1,100 m and, posed, a metre farther: 2^-19 is the smallest power of two by which that fits 30 bits.
+  for (const std::string& first : {std::string(), pose_xml("0"), pose_xml("0.1")}) {
+    const std::string path = folder_.write(
+        "site.e57",
+        E57Bytes{.scans = {diagonal(1100, 1e-6, first), diagonal(1100, 1e-6, pose_xml("1"))}}
+            .bytes());
+    expect_built_and_proved({path}, 2000);
+    EXPECT_EQ(info().at("grid").at("step").at(0), std::ldexp(1.0, -19));
+    fs::remove_all(output());
+  }
+  // Both divide their box by what 32 bits hold.
+  const std::string path = folder_.write(
+      "tiny.e57", E57Bytes{.scans = {diagonal(50, 2.5e-8), diagonal(60, 3e-8)}}.bytes());
+  expect_built_and_proved({path}, 2000);
+  EXPECT_EQ(info().at("grid").at("step").at(0), std::ldexp(1.0, -24));
+}
+
+TEST_F(E57, StepsThatScansShareStay) {
+  const std::string path = folder_.write(
+      "site.e57", E57Bytes{.scans = {diagonal(1100, 1e-6), diagonal(1100, 2e-6)}}.bytes());
+  expect_built_and_proved({path}, 2000);
+  EXPECT_EQ(info().at("grid").at("step").at(0), 1e-6);
 }
 
 TEST_F(E57, OnePoseForSeveralScansIsRefused) {

@@ -1,8 +1,11 @@
 // What scans tell beside their points: coordinate systems, colors of 8 bits in fields of 16, scales of extra bytes. LAS files
 // made byte by byte, and real ones.
+#include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/e57_bytes.h"
 #include "tests/support/las_bytes.h"
 #include "tests/support/las_points.h"
 #include "tests/support/shared_data.h"
@@ -68,6 +71,31 @@ TEST_F(ScanFacts, ScansOfDifferentSystemsAreRefusedUnlessTold) {
   EXPECT_EQ(bytes.substr(227 + 54, utm10.size() - 54), utm10.substr(54));
   EXPECT_EQ(build_two({utm10}, {utm11}, {"--crs", "EPSG:26911"}).exit_code, 0);
   EXPECT_EQ(info().at("crs").at("epsg"), 26911);
+}
+
+TEST_F(ScanFacts, ContradictionsAreFoundInAnyOrder) {
+  const std::string site = "LOCAL_CS[\"our site\",UNIT[\"metre\",1]]";
+  const auto code = [](int n) { return geo_keys({{1024, 1}, {3072, n}}); };
+  const auto in_feet = geo_keys({{1024, 1}, {3072, 2994}, {3076, 9002}}),
+             in_metres = geo_keys({{1024, 1}, {3072, 2994}, {3076, 9001}});
+  // The first of each agrees with both others, as far as can be told.
+  const std::vector<std::array<std::string, 3>> triples{
+      {vlr_bytes("LASF_Projection", 2112, site + '\0'), code(26910), code(26911)},
+      {code(2994), in_feet, in_metres}};
+  for (const auto& triple : triples) {
+    std::vector<int> order{0, 1, 2};
+    do {
+      std::vector<std::string> files;
+      for (const int i : order)
+        files.push_back(las("scan" + std::to_string(files.size()) + ".las",
+                            {triple[static_cast<std::size_t>(i)]}));
+      const Outcome outcome = build({files[0], files[1], files[2], "--force"});
+      expect_refusal(outcome, 3);
+      EXPECT_THAT(outcome.err, HasSubstr("is not that of the scans before"));
+      const bool agreeing_last = order[2] == 0;
+      EXPECT_THAT(outcome.err, HasSubstr(agreeing_last ? "of scan1.las is" : "of scan2.las is"));
+    } while (std::ranges::next_permutation(order).found);
+  }
 }
 
 TEST_F(ScanFacts, FeetAreNotSurveyFeetNorHeightsInMetres) {
@@ -151,6 +179,37 @@ TEST_F(ScanFacts, DarkScansAmongOthersAreToldAndBlackOnesAreNot) {
   const Outcome dropped = build({dark, "--drop", "color", "--force"});
   EXPECT_EQ(dropped.err, "");
   EXPECT_THAT(dropped.out, Not(HasSubstr("of 8 bits")));
+}
+
+TEST_F(ScanFacts, IntensitiesOfOtherRangesAreTold) {
+  const auto scan = [](const E57Stream& intensity, const std::string& most) {
+    E57ScanBytes made{.streams = e57_line(3),
+                      .xml =
+                          "<intensityLimits type=\"Structure\"><intensityMinimum type=\"Float\"/>"
+                          "<intensityMaximum type=\"Float\">" +
+                          most + "</intensityMaximum></intensityLimits>"};
+    made.streams.push_back(intensity);
+    return made;
+  };
+  const auto real = scan(e57_floats("intensity", {0, 0.5F, 1}), "1"),
+             whole = scan(e57_integers("intensity", 0, 2047, {0, 9, 2047}), "2047"),
+             held = scan(e57_integers("intensity", 0, 2047, {0, 9, 1980}), "1980");
+  const auto build_of = [&](const std::vector<E57ScanBytes>& scans,
+                            const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments{folder_.write("site.e57", E57Bytes{.scans = scans}.bytes()),
+                                       "--force"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    const Outcome outcome = build(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(
+      build_of({real, whole, held}, {}),
+      HasSubstr("cairn: note: intensities of site.e57, scan 2 and site.e57, scan 3 go from 0 to "
+                "2047, those of site.e57, scan 1 from 0 to 1: values are kept as they are "
+                "stored"));
+  EXPECT_EQ(build_of({whole, held}, {}), "");
+  EXPECT_EQ(build_of({real, whole}, {"--drop", "intensity"}), "");
 }
 
 TEST_F(ScanFacts, ExtraBytesOfOtherScalesAreTold) {

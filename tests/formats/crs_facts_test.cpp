@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -28,6 +29,20 @@ Records keys(const std::vector<std::pair<std::uint16_t, std::uint16_t>>& values)
   record.data.resize(2 * words.size());
   std::memcpy(record.data.data(), words.data(), record.data.size());
   return {record};
+}
+
+/// The same, and a unit of this many metres (key 3077).
+Records keys_with_unit(double metres, std::vector<std::pair<std::uint16_t, std::uint16_t>> values) {
+  values.emplace_back(3077, 0);
+  Records records = keys(values);
+  // Where the last key's value stands: among the doubles.
+  const std::uint16_t place = 34736;
+  std::memcpy(records[0].data.data() + records[0].data.size() - 6, &place, sizeof place);
+  VariableLengthRecord doubles{.user_id = "LASF_Projection", .record_id = 34736};
+  doubles.data.resize(sizeof metres);
+  std::memcpy(doubles.data.data(), &metres, sizeof metres);
+  records.push_back(doubles);
+  return records;
 }
 
 std::string utm(int zone, const std::string& unit, const std::string& code,
@@ -74,7 +89,7 @@ TEST(CrsFacts, OfWktOne) {
                     ",VERT_CS[\"NAVD88 height (ftUS)\",VERT_DATUM[\"NAVD 88\",2005],"
                     "UNIT[\"US survey foot\",0.304800609601219],AUTHORITY[\"EPSG\",\"6360\"]]]"));
   EXPECT_EQ(facts.name, "both");
-  EXPECT_EQ(facts.geographic, false);
+  EXPECT_EQ(facts.kind, CrsKind::kProjected);
   EXPECT_EQ(facts.code, 26910U);
   EXPECT_EQ(facts.vertical_code, 6360U);
   EXPECT_EQ(facts.unit_m, 1);
@@ -104,9 +119,85 @@ TEST(CrsFacts, OfGeoTiffKeys) {
   EXPECT_EQ(facts.vertical_code, 5703U);
   EXPECT_EQ(unit_name(facts.unit_m.value()), "foot");
   EXPECT_EQ(unit_name(facts.vertical_unit_m.value()), "US survey foot");
-  EXPECT_EQ(crs_facts(keys({{1024, 2}, {2048, 4326}})).geographic, true);
+  EXPECT_EQ(crs_facts(keys({{1024, 2}, {2048, 4326}})).kind, CrsKind::kGeographic);
   EXPECT_EQ(crs_facts(keys({{1024, 2}, {2048, 4326}})).code, 4326U);
   EXPECT_EQ(crs_facts(keys({{1024, 1}, {3072, 32767}})).code, std::nullopt);
+}
+
+TEST(CrsFacts, OfWktTwoInLongForm) {
+  // Keywords of ISO 19162:2019, section 6: each of these systems has a short one and a long one.
+  const std::string rest =
+      "[\"a\",BASEGEOGCRS[\"WGS 84\",DATUM[\"d\",ELLIPSOID[\"WGS 84\",6378137,298.257223563]]],"
+      "CONVERSION[\"c\",METHOD[\"m\"],PARAMETER[\"Longitude of natural origin\",15]],"
+      "CS[Cartesian,2],LENGTHUNIT[\"foot\",0.3048],ID[\"EPSG\",32633]]";
+  for (const char* keyword : {"PROJCRS", "PROJECTEDCRS"}) {
+    const CrsFacts facts = crs_facts(wkt(keyword + rest));
+    EXPECT_EQ(facts.kind, CrsKind::kProjected) << keyword;
+    EXPECT_EQ(facts.code, 32633U) << keyword;
+    EXPECT_EQ(facts.unit_m, 0.3048) << keyword;
+    EXPECT_TRUE(crs_records(keyword + rest)) << keyword;
+  }
+  const std::string datum = "[\"a\",DATUM[\"d\",ELLIPSOID[\"e\",6378137,298.257223563]],CS[";
+  for (const char* keyword : {"GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "GEODETICCRS"}) {
+    const CrsFacts facts = crs_facts(wkt(keyword + datum + "ellipsoidal,2],ID[\"EPSG\",4326]]"));
+    EXPECT_EQ(facts.kind, CrsKind::kGeographic) << keyword;
+    EXPECT_EQ(facts.code, 4326U) << keyword;
+  }
+  for (const char* keyword : {"VERTCRS", "VERTICALCRS"}) {
+    const CrsFacts facts =
+        crs_facts(wkt("COMPOUNDCRS[\"both\",PROJECTEDCRS" + rest + "," + keyword +
+                      "[\"h\",LENGTHUNIT[\"metre\",1],ID[\"EPSG\",5773]]]"));
+    EXPECT_EQ(facts.code, 32633U) << keyword;
+    EXPECT_EQ(facts.vertical_code, 5773U) << keyword;
+    EXPECT_FALSE(crs_records(std::string(keyword) + "[\"h\"]")) << keyword;
+  }
+  for (const char* keyword : {"ENGCRS", "ENGINEERINGCRS", "BOUNDCRS"})
+    EXPECT_TRUE(crs_records(std::string(keyword) + "[\"a\"]")) << keyword;
+}
+
+TEST(CrsFacts, GeocentricSystemsAreNotGeographic) {
+  const std::string earth =
+      "[\"a\",DATUM[\"d\",ELLIPSOID[\"e\",6378137,298.257223563]],"
+      "CS[Cartesian,3],LENGTHUNIT[\"metre\",1],ID[\"EPSG\",4978]]";
+  for (const char* keyword : {"GEODCRS", "GEODETICCRS"}) {
+    const CrsFacts facts = crs_facts(wkt(keyword + earth));
+    EXPECT_EQ(facts.kind, CrsKind::kGeocentric) << keyword;
+    EXPECT_EQ(facts.code, 4978U) << keyword;
+    EXPECT_EQ(facts.unit_m, 1) << keyword;
+  }
+  EXPECT_EQ(crs_facts(wkt("GEOCCS[\"a\",UNIT[\"metre\",1]]")).kind, CrsKind::kGeocentric);
+  const CrsFacts told = crs_facts(keys({{1024, 3}, {2048, 4978}}));
+  EXPECT_EQ(told.kind, CrsKind::kGeocentric);
+  EXPECT_EQ(told.code, 4978U);
+}
+
+TEST(CrsFacts, UndefinedAndUserDefinedKeysTellNothing) {
+  // GeoTIFF 1.1, section 7.1: 0 is undefined, 32767 is told by other keys.
+  for (const std::uint16_t none : {std::uint16_t{0}, std::uint16_t{32767}}) {
+    const CrsFacts facts = crs_facts(keys({{1024, none},
+                                           {2048, none},
+                                           {2050, none},
+                                           {2056, none},
+                                           {3072, none},
+                                           {3074, none},
+                                           {3075, none},
+                                           {3076, none},
+                                           {4096, none},
+                                           {4099, none}}));
+    EXPECT_EQ(facts.kind, std::nullopt) << none;
+    EXPECT_EQ(facts.code, std::nullopt) << none;
+    EXPECT_EQ(facts.vertical_code, std::nullopt) << none;
+    EXPECT_EQ(facts.unit_m, std::nullopt) << none;
+    EXPECT_TRUE(facts.numbers.empty()) << none;
+    EXPECT_EQ(facts.name, "unnamed") << none;
+  }
+}
+
+TEST(CrsFacts, UnitsAreLengths) {
+  for (const double size : {0.0, -1.0, HUGE_VAL, -HUGE_VAL, std::nan("")})
+    EXPECT_EQ(crs_facts(keys_with_unit(size, {{1024, 1}})).unit_m, std::nullopt) << size;
+  EXPECT_EQ(crs_facts(keys_with_unit(0.9144, {{1024, 1}})).unit_m, 0.9144);
+  EXPECT_EQ(crs_facts(wkt("PROJCS[\"a\",UNIT[\"b\",inf]]")).unit_m, std::nullopt);
 }
 
 TEST(CrsFacts, DamagedRecordsTellNothing) {
@@ -155,6 +246,20 @@ TEST(CompareCrs, UnitsDoAndAreNamed) {
   EXPECT_EQ(
       compare_crs(keys({{3072, 2994}, {4099, 9001}}), keys({{3072, 2994}, {4099, 9002}})).what,
       "unit of height");
+}
+
+TEST(CompareCrs, UserDefinedKeysAreHeldAgainstWhatTheyTell) {
+  // A projection of one's own, told by 32767 and parameters in one file, by its code in the other.
+  EXPECT_EQ(match(keys({{1024, 1}, {3072, 32767}, {3074, 32767}, {3075, 1}}),
+                  keys({{1024, 1}, {3072, 0}, {3074, 16010}, {3075, 1}})),
+            CrsMatch::kUnknown);
+  EXPECT_EQ(match(keys({{1024, 1}, {3072, 32767}, {3075, 1}}),
+                  keys({{1024, 1}, {3072, 32767}, {3075, 8}})),
+            CrsMatch::kDifferent);
+  // The same unit, as a code and as a size.
+  EXPECT_EQ(match(keys_with_unit(0.3048, {{1024, 1}, {3075, 1}, {3076, 32767}}),
+                  keys({{1024, 1}, {3075, 1}, {3076, 9002}})),
+            CrsMatch::kSame);
 }
 
 TEST(CompareCrs, WhatTellsTooLittleIsUnknown) {

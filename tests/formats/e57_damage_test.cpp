@@ -229,6 +229,34 @@ TEST_F(E57Damage, SectionsAndPacketsThatLieAreRefused) {
               HasSubstr("packets end before the last"));
 }
 
+TEST_F(E57Damage, ScansThatShareTheirBytesAreRefused) {
+  // Else each of very many small scans might walk over all of the file.
+  const E57ScanBytes scan{.streams = test::e57_line(10)};
+  E57Bytes file{.scans = {scan, scan}};
+  const std::string apart = file.bytes();
+  EXPECT_EQ(read(apart), 20U);
+  const std::size_t second = apart.find("fileOffset=\"", apart.find("fileOffset=\"") + 1);
+  const std::string its_offset = apart.substr(second, apart.find('"', second + 12) + 1 - second);
+  const auto with_offsets = [&](const std::string& from, const std::string& to) {
+    file.tamper = [&](std::string& xml) { xml.replace(xml.find(from), from.size(), to); };
+    return file.bytes();
+  };
+  EXPECT_THAT(
+      refusal(with_offsets(its_offset, "fileOffset=\"48\"")),
+      AllOf(HasSubstr("scan 2"), HasSubstr("the points lie where those of another scan do")));
+  EXPECT_THAT(refusal(with_offsets("fileOffset=\"48\"", its_offset)),
+              HasSubstr("the points lie where those of another scan do"));
+  // A section that is told to reach into the next.
+  file.tamper = nullptr;
+  file.scans[0].tamper = [](std::string& section) {
+    test::put_at<std::uint64_t>(section, 8, section.size() + 1);
+  };
+  EXPECT_THAT(refusal(file.bytes()), HasSubstr("the points lie where those of another scan do"));
+  // Of scans without points the offset is anything.
+  file.scans = {scan, {.streams = test::e57_line(0)}};
+  EXPECT_EQ(read(with_offsets(its_offset, "fileOffset=\"48\"")), 10U);
+}
+
 TEST_F(E57Damage, ValuesBeyondTheirBoundsAreRefused) {
   E57ScanBytes scan{.streams = test::e57_line(4)};
   scan.streams.push_back(test::e57_integers("rowIndex", 10, 15, {10, 11, 12, 13}));

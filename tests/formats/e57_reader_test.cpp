@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <set>
@@ -194,6 +196,51 @@ TEST_F(E57Reader, OneStreamAfterTheOtherIsReadToo) {
   expect_all_widths(read(scan), scan);
 }
 
+TEST_F(E57Reader, EmptyPacketsAreWalkedOverOnce) {
+  // Packet n holds stream n alone, more of them than are kept at hand, each behind 256 KiB of empty packets.
+  constexpr std::size_t kCount = 20000, kEmpty = std::size_t{64} << 10;
+  E57ScanBytes scan;
+  for (const char* name :
+       {"cartesianX", "cartesianY", "cartesianZ", "a", "b", "c", "d", "e", "f", "g", "h", "i"}) {
+    Values values;
+    for (std::size_t i = 0; i < kCount; ++i)
+      values.push_back(static_cast<std::int64_t>(scrambled(i + name[0]) % 65536));
+    scan.streams.push_back(test::e57_integers(name, 0, 65535, values));
+  }
+  scan.piece = [](std::size_t packet, std::size_t stream, std::size_t left) {
+    return packet == stream ? left : 0;
+  };
+  scan.before_packet = [](std::size_t) {
+    std::string run;
+    for (int i = 0; i < 4; ++i) run += test::e57_empty_packet(kEmpty);
+    return run;
+  };
+  const auto path = folder_.write("scan.e57", E57Bytes{.scans = {scan}}.bytes());
+  const auto reader = test::open_scan(path);
+  // Wrecked once the file is open: a page in each 64 that hold empty packets alone, as so many are read together.
+  const std::string bytes = test::read_text(path);
+  const auto is_empty = [&](std::size_t page) {
+    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(page * 1024);
+    return std::count(begin, begin + 1020, '\xee') >= 1016;
+  };
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  std::size_t wrecked = 0;
+  for (std::size_t first = 0; (first + 64) * 1024 <= bytes.size(); first += 64) {
+    bool all = true;
+    for (std::size_t page = first; page < first + 64; ++page) all = all && is_empty(page);
+    if (!all) continue;
+    file.seekp(static_cast<std::streamoff>(first * 1024 + 500));
+    file.put('\0');
+    ++wrecked;
+  }
+  file.close();
+  ASSERT_GE(wrecked, 12U * 3);
+  const auto points = test::read_points(*reader);
+  ASSERT_EQ(points.points.count, kCount);
+  for (std::size_t i = 0; i < kCount; ++i)
+    ASSERT_EQ(points.value<std::uint16_t>("i", i), scan.streams.back().values[i]);
+}
+
 TEST_F(E57Reader, PagesMayHaveAnotherSize) {
   const E57ScanBytes scan = scan_of_all_widths(300);
   for (const std::size_t page_bytes : {std::size_t{512}, std::size_t{4096}, std::size_t{1} << 20})
@@ -321,6 +368,23 @@ TEST_F(E57Reader, PosesPlacePointsAndTurnNormals) {
   EXPECT_EQ(scans[1].world(0), (Position{0, 0, 0}));
 }
 
+TEST_F(E57Reader, TheSensorIsKnownOfStationsOnly) {
+  const std::string still =
+      "<pose type=\"Structure\"><rotation type=\"Structure\"><w type=\"Float\">1</w></rotation>"
+      "<translation type=\"Structure\"/></pose>";
+  E57ScanBytes scan{.streams = test::e57_line(2), .xml = still};
+  EXPECT_FALSE(read(scan).info.sensor);
+  scan.xml = "<pose type=\"Structure\"/>";
+  EXPECT_FALSE(read(scan).info.sensor);
+  scan.xml = kEighthTurnAndMove;
+  EXPECT_EQ(read(scan).info.sensor, (Vector3{10, 20, 30}));
+  for (const char* index : {"rowIndex", "columnIndex"}) {
+    E57ScanBytes grid{.streams = test::e57_line(2), .xml = still};
+    grid.streams.push_back(test::e57_integers(index, 0, 9, {1, 2}));
+    EXPECT_EQ(read(grid).info.sensor, (Vector3{0, 0, 0})) << index;
+  }
+}
+
 TEST_F(E57Reader, ColorsOfFullScaleStayAsTheyAre) {
   const auto narrow = read({.streams = line_with_colors(0, 255, {0, 255}, {1, 2}, {128, 7})});
   EXPECT_EQ(narrow.value<std::uint8_t>("color", 1, 0), 255);
@@ -337,6 +401,49 @@ TEST_F(E57Reader, ColorsOfFullScaleStayAsTheyAre) {
                            .xml = color_limits("Integer", "255")});
   EXPECT_EQ(eight.value<std::uint8_t>("color", 1, 0), 255);
   EXPECT_EQ(eight.value<std::uint8_t>("color", 0, 1), 9);
+}
+
+TEST_F(E57Reader, LimitsThatAreOfFewBitsOrOfSomeChannelsAreNoScale) {
+  for (const char* most : {"1", "3", "127"}) {
+    const auto held = read({.streams = line_with_colors(0, 255, {0, 1}, {1, 0}, {1, 1}),
+                            .xml = color_limits("Integer", most)});
+    EXPECT_EQ(held.value<std::uint8_t>("color", 1, 0), 1) << most;
+  }
+  // The darkest channel ends at 127 or at 255 by chance: as all stay as they are, so does the hue.
+  for (const auto& [most, dark] : {std::pair{255, "127"}, std::pair{1023, "255"}}) {
+    std::string xml = color_limits("Integer", most == 255 ? "203" : "803");
+    const std::size_t blue = xml.rfind("<colorBlueMaximum");
+    xml.replace(xml.find('>', blue) + 1, 3, dark);
+    const auto scan =
+        read({.streams = line_with_colors(0, most, {0, 100}, {0, 100}, {0, 100}), .xml = xml});
+    const auto channel = [&](std::size_t i) {
+      return most == 255 ? scan.value<std::uint8_t>("color", 1, i)
+                         : scan.value<std::uint16_t>("color", 1, i);
+    };
+    EXPECT_EQ(channel(0), most == 255 ? 100 : 6406) << most;  // 100 * 65535 / 1023 = 6406.2
+    EXPECT_EQ(channel(1), channel(0)) << most;
+    EXPECT_EQ(channel(2), channel(0)) << most;
+  }
+  // Nothing goes beyond what the fields hold.
+  const auto beyond = read({.streams = line_with_colors(0, 255, {0, 90}, {1, 2}, {80, 7}),
+                            .xml = color_limits("Integer", "65535")});
+  EXPECT_EQ(beyond.value<std::uint8_t>("color", 1, 0), 90);
+}
+
+TEST_F(E57Reader, ChannelsOfOneValueStayAsTheyAre) {
+  E57ScanBytes scan{.streams = line_with_colors(0, 255, {0, 255}, {1, 2}, {3, 4})};
+  scan.streams[4] = test::e57_integers("colorGreen", 200, 200, {200, 200});
+  const auto one = read(scan);
+  EXPECT_EQ(one.value<std::uint8_t>("color", 1, 0), 255);
+  EXPECT_EQ(one.value<std::uint8_t>("color", 1, 1), 200);
+  EXPECT_EQ(one.value<std::uint8_t>("color", 1, 2), 4);
+  const auto all = read({.streams = line_with_colors(200, 200, {200}, {200}, {200})});
+  EXPECT_EQ(all.value<std::uint8_t>("color", 0, 2), 200);
+  const auto wide = read({.streams = line_with_colors(300, 300, {300}, {300}, {300})});
+  EXPECT_EQ(wide.value<std::uint16_t>("color", 0, 2), 300);
+  // A least value that no one tells is that of 64 bits, and no range.
+  E57ScanBytes open{.streams = line_with_colors(INT64_MIN, 255, {7, 255}, {1, 2}, {3, 4})};
+  EXPECT_EQ(read(open).value<std::uint8_t>("color", 0, 0), 7);
 }
 
 TEST_F(E57Reader, OtherColorsAreScaledByTheirLimits) {
@@ -392,6 +499,17 @@ TEST_F(E57Reader, ReturnsAreCountedFromOne) {
   EXPECT_EQ(points.value<std::uint8_t>("return_number", 0), 1);
   EXPECT_EQ(points.value<std::uint8_t>("return_number", 1), 3);
   EXPECT_EQ(points.value<std::uint8_t>("return_count", 1), 3);
+  // Elements of LAS tell that a LAS file's numbers were kept, which are from 1 on.
+  scan.streams[3] = test::e57_integers("returnIndex", 0, 3, {1, 3});
+  for (const char* element : {"las:classification", "las:fileSourceId"}) {
+    E57ScanBytes las = scan;
+    if (element == std::string("las:classification"))
+      las.streams.push_back(test::e57_integers(element, 0, 31, {2, 6}));
+    else
+      las.xml = "<las:fileSourceId type=\"Integer\"/>";
+    EXPECT_EQ(read(las).value<std::uint8_t>("return_number", 0), 1) << element;
+    EXPECT_EQ(read(las).value<std::uint8_t>("return_number", 1), 3) << element;
+  }
 }
 
 TEST_F(E57Reader, OtherNumbersAreKeptByNameInTheirTypes) {
@@ -442,8 +560,31 @@ TEST_F(E57Reader, ACoordinateSystemIsKeptIfItIsWkt) {
   EXPECT_EQ(crs[0].record_id, 2112);
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(crs[0].data.data())),
             "PROJCS[\"somewhere\"]");
+  // The long forms of ISO 19162.
+  for (const char* text : {"PROJECTEDCRS[\"a\"]", "GEODETICCRS[\"a\"]", "GEOGRAPHICCRS[\"a\"]"})
+    EXPECT_EQ(crs_of(text).size(), 1U) << text;
   EXPECT_TRUE(crs_of("").empty());
   EXPECT_TRUE(crs_of("somewhere in the hills").empty());
+}
+
+TEST_F(E57Reader, IntensityLimitsAreToldInUnitsOfTheValues) {
+  const auto limits_of = [&](const std::string& xml) {
+    return read_with(test::e57_integers("intensity", 0, 2047, {1, 2, 3}),
+                     "<intensityLimits type=\"Structure\">" + xml + "</intensityLimits>")
+        .info.intensity_limits;
+  };
+  using Limits = std::array<double, 2>;
+  EXPECT_EQ(limits_of("<intensityMinimum type=\"Integer\"/>"
+                      "<intensityMaximum type=\"Integer\">2047</intensityMaximum>"),
+            (Limits{0, 2047}));
+  EXPECT_EQ(
+      limits_of("<intensityMinimum type=\"Float\">-1</intensityMinimum>"
+                "<intensityMaximum type=\"ScaledInteger\" scale=\"0.5\">3</intensityMaximum>"),
+      (Limits{-1, 1.5}));
+  EXPECT_FALSE(limits_of(""));
+  EXPECT_FALSE(
+      limits_of("<intensityMinimum type=\"Float\">7</intensityMinimum>"
+                "<intensityMaximum type=\"Float\">7</intensityMaximum>"));
 }
 
 TEST_F(E57Reader, ScansWithoutPointsAreEmpty) {

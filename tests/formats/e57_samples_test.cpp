@@ -144,6 +144,19 @@ TEST(E57Samples, PosedScansLieOnTheirNeighbourInTheWorld) {
   EXPECT_GT(near_of(*scans[2]), 2 * near_of(*scans[0]));
 }
 
+TEST(E57Samples, ReturnsOfLasFilesAreCountedFromOneAlready) {
+  CAIRN_NEEDS_SHARED_DATA();
+  for (const char* name : {"ColourRepresentation", "las2e57_no_images_tag"}) {
+    const auto scan = test::read_points(kShared / "e57" / (std::string(name) + ".e57"));
+    ASSERT_EQ(scan.points.count, 153U);
+    for (std::size_t i = 0; i < scan.points.count; ++i) {
+      EXPECT_EQ(scan.value<std::uint8_t>("return_number", i), 1);
+      EXPECT_LE(scan.value<std::uint8_t>("return_number", i),
+                scan.value<std::uint8_t>("return_count", i));
+    }
+  }
+}
+
 TEST(E57Samples, ImagesAloneAreNoScan) {
   CAIRN_NEEDS_SHARED_DATA();
   try {

@@ -119,7 +119,6 @@ class DocumentReader {
 
   E57Scan read_scan(const pugi::xml_node& node) {
     E57Scan scan;
-    scan.name = node.child("name").child_value();
     scan.pose = read_pose(node.child("pose"));
     const pugi::xml_node points = node.child("points");
     if (!points || type_of(points) != "CompressedVector")
@@ -132,8 +131,18 @@ class DocumentReader {
              "an element prototype");
     add_fields(points.child("prototype"), "", scan.fields);
     check_codecs(points.child("codecs"));
-    read_limits(node.child("colorLimits"), scan);
+    read_color_limits(node.child("colorLimits"), scan);
+    const pugi::xml_node intensity = node.child("intensityLimits");
+    scan.intensity_limits = read_limits(intensity, "intensityMinimum", "intensityMaximum");
+    scan.has_las_elements = has_las_elements(node) || has_las_elements(points.child("prototype"));
     return scan;
+  }
+
+  /// By the prefix that las2e57 gives them, as in "las:pointSourceId".
+  static bool has_las_elements(const pugi::xml_node& parent) {
+    return std::ranges::any_of(parent.children(), [](const pugi::xml_node& node) {
+      return std::string_view(node.name()).starts_with("las:");
+    });
   }
 
   std::optional<Pose> read_pose(const pugi::xml_node& node) {
@@ -227,15 +236,20 @@ class DocumentReader {
       }
   }
 
-  void read_limits(const pugi::xml_node& limits, E57Scan& scan) {
+  /// The least value may be left out, as it is 0.
+  std::optional<std::array<double, 2>> read_limits(const pugi::xml_node& limits, const char* least,
+                                                   const char* greatest) const {
+    if (!limits.child(greatest)) return std::nullopt;
+    return {{value_of(limits.child(least)), value_of(limits.child(greatest))}};
+  }
+
+  void read_color_limits(const pugi::xml_node& limits, E57Scan& scan) const {
     constexpr std::array<const char*, 3> kLeast{"colorRedMinimum", "colorGreenMinimum",
                                                 "colorBlueMinimum"};
     constexpr std::array<const char*, 3> kGreatest{"colorRedMaximum", "colorGreenMaximum",
                                                    "colorBlueMaximum"};
     for (std::size_t i = 0; i < 3; ++i)
-      if (limits.child(kGreatest[i]))
-        scan.color_limits[i] = {
-            {value_of(limits.child(kLeast[i])), value_of(limits.child(kGreatest[i]))}};
+      scan.color_limits[i] = read_limits(limits, kLeast[i], kGreatest[i]);
   }
 
   static std::string_view type_of(const pugi::xml_node& node) {

@@ -43,13 +43,15 @@ struct E57Field {
 };
 
 struct E57Scan {
-  std::string name;  ///< as the file tells it, perhaps empty
   std::optional<Pose> pose;
   std::uint64_t section_offset = 0;  ///< physical
   std::uint64_t records = 0;
   std::vector<E57Field> fields;  ///< in the order of their streams
+  /// "las:..." beside the points or in them: it was made of a LAS file.
+  bool has_las_elements = false;
   /// Of red, green and blue.
   std::array<std::optional<std::array<double, 2>>, 3> color_limits;
+  std::optional<std::array<double, 2>> intensity_limits;
 };
 
 struct E57Document {

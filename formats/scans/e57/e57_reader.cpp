@@ -1,6 +1,7 @@
 #include "formats/scans/e57/e57_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,11 +20,21 @@ namespace {
 
 constexpr std::uint64_t kStretchRecords = 4 * kBlockPoints;
 
+/// Whether the scan's frame is that of its sensor. A pose that moves nothing tells no more than none: merged and
+/// georeferenced clouds have it too.
+bool is_of_station(const E57Scan& scan, const E57Plan& plan) {
+  const auto is_grid = [](const E57Field& field) {
+    return field.name == "rowIndex" || field.name == "columnIndex";
+  };
+  return plan.is_spherical || (scan.pose && *scan.pose != Pose{}) ||
+         std::ranges::any_of(scan.fields, is_grid);
+}
+
 class E57Reader final : public ScanReader {
  public:
-  /// `part` is empty for the only scan of a file.
+  /// `part` is empty for the only scan of a file, `places` of all its scans.
   E57Reader(std::shared_ptr<const PageFile> file, E57Scan scan, std::string part,
-            bool allow_truncated)
+            bool allow_truncated, E57SectionPlaces& places)
       : file_(std::move(file)) {
     const E57Header& header = file_->header();
     info_.path = file_->path();
@@ -36,10 +47,16 @@ class E57Reader final : public ScanReader {
                    .found = info_.part,
                    .expected = "cartesianX, Y and Z, or sphericalRange, Azimuth and Elevation"});
     info_.pose = scan.pose;
-    if (scan.pose || plan->is_spherical) info_.sensor = Vector3{};
+    const auto& limits = scan.intensity_limits;
+    if (limits && std::isfinite((*limits)[1] - (*limits)[0]) && (*limits)[0] < (*limits)[1])
+      info_.intensity_limits = limits;
+    if (is_of_station(scan, *plan)) info_.sensor = Vector3{};
     section_ =
-        std::make_unique<E57Section>(*file_, scan, used_fields(*plan), kStretchRecords,
-                                     info_.part.empty() ? "the scan" : info_.part, allow_truncated);
+        std::make_unique<E57Section>(*file_, scan, used_fields(*plan),
+                                     E57Walk{.stretch_records = kStretchRecords,
+                                             .where = info_.part.empty() ? "the scan" : info_.part,
+                                             .allow_truncated = allow_truncated},
+                                     places);
     info_.claimed_points = scan.records;
     info_.present_points = section_->records();
     records_ = {std::move(scan.fields), std::move(*plan), info_.schema, info_.encoding};
@@ -97,12 +114,13 @@ std::vector<std::unique_ptr<ScanReader>> open_e57(const std::filesystem::path& p
          .found = document.images == 1 ? "1 image" : fmt::format("{} images", document.images),
          .expected = "a scan in data3D"});
   const auto crs = crs_records(document.coordinate_metadata);
+  E57SectionPlaces places;
   std::vector<std::unique_ptr<ScanReader>> readers;
   for (E57Scan& scan : document.scans) {
     std::string part =
         document.scans.size() > 1 ? fmt::format("scan {}", readers.size() + 1) : std::string();
     auto reader = std::make_unique<E57Reader>(file, std::move(scan), std::move(part),
-                                              options.allow_truncated);
+                                              options.allow_truncated, places);
     if (crs) reader->set_crs(*crs);
     readers.push_back(std::move(reader));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -35,19 +36,27 @@ struct E57Section::Head {
   std::uint64_t size_bytes = 0;
 };
 
+bool E57SectionPlaces::take(std::uint64_t begin, std::uint64_t end) {
+  const auto next = end_of_.lower_bound(begin);
+  if (next != end_of_.end() && next->first < end) return false;
+  if (next != end_of_.begin() && std::prev(next)->second > begin) return false;
+  end_of_.emplace_hint(next, begin, end);
+  return true;
+}
+
 E57Section::E57Section(const PageFile& file, const E57Scan& scan, std::vector<std::size_t> used,
-                       std::uint64_t stretch_records, std::string where, bool allow_truncated)
+                       E57Walk walk, E57SectionPlaces& places)
     : file_(file),
       claimed_(scan.records),
       streams_(scan.fields.size()),
       used_(std::move(used)),
-      where_(std::move(where)),
+      where_(std::move(walk.where)),
       places_(used_.size()) {
   for (const std::size_t field : used_) bits_.push_back(scan.fields[field].bits());
   // Writers that are given no points leave the offset, and what they write there, as it comes.
   if (claimed_ == 0) return;
-  walk(read_header(scan.section_offset), stretch_records);
-  if (records_ < claimed_ && !allow_truncated)
+  find_records(read_header(scan.section_offset, places), walk.stretch_records);
+  if (records_ < claimed_ && !walk.allow_truncated)
     refuse(end_, "the packets end before the last point", fmt::format("{} points", records_),
            fmt::format("{}", claimed_));
 }
@@ -70,7 +79,7 @@ void E57Section::refuse_value(const std::string& what, std::string found,
 }
 
 /// Finds the end of the section; returns the logical offset of its first packet.
-std::uint64_t E57Section::read_header(std::uint64_t section_offset) {
+std::uint64_t E57Section::read_header(std::uint64_t section_offset, E57SectionPlaces& places) {
   const std::uint64_t file_end = file_.logical_bytes();
   const auto begin = file_.logical(section_offset);
   end_ = file_end;
@@ -95,6 +104,9 @@ std::uint64_t E57Section::read_header(std::uint64_t section_offset) {
     refuse(*begin, "the points have a size that cannot be", fmt::format("{} bytes", size_bytes),
            fmt::format("{} to {}", kSectionHeaderBytes, file_end - *begin));
   if (!ends_early) end_ = *begin + size_bytes;
+  if (!places.take(*begin, end_))
+    refuse(*begin, "the points lie where those of another scan do",
+           fmt::format("a section of {} bytes", size_bytes), "one of its own");
   const auto first = file_.logical(data_offset);
   if (is_cut_ && data_offset >= file_.physical(file_end)) return file_end;
   if (!first || *first < *begin + kSectionHeaderBytes || *first > end_)
@@ -127,6 +139,7 @@ void E57Section::read_pieces(PageWindow& window, std::uint64_t at, const Head& h
   if (told != streams_)
     refuse(at, "a packet has a wrong number of streams", fmt::format("{}", told),
            fmt::format("{}", streams_));
+  packet.at = at;
   packet.begins.assign(1, at + head_bytes);
   for (std::size_t i = 0; i < streams_ && bytes.size() == head_bytes; ++i)
     packet.begins.push_back(packet.begins.back() +
@@ -170,7 +183,7 @@ std::uint64_t E57Section::whole_records(const std::vector<std::uint64_t>& stream
   return records;
 }
 
-void E57Section::walk(std::uint64_t first_packet, std::uint64_t stretch_records) {
+void E57Section::find_records(std::uint64_t first_packet, std::uint64_t stretch_records) {
   PageWindow window(file_, kWalkBlocks, 0);
   std::vector<std::uint64_t> stream_bytes(used_.size(), 0);
   const std::uint64_t stretches = (claimed_ - 1) / stretch_records + 1;
@@ -184,7 +197,7 @@ void E57Section::walk(std::uint64_t first_packet, std::uint64_t stretch_records)
       // All stretches that begin in this piece.
       while (bits_[i] > 0 && places_[i].size() < stretches &&
              Int128{places_[i].size()} * stretch_records * bits_[i] / 8 < Int128{stream_bytes[i]})
-        places_[i].push_back({at, before});
+        places_[i].push_back({packet.at, before});
     }
     records_ = whole_records(stream_bytes);
   }
@@ -205,16 +218,16 @@ const E57Packet& StreamReader::packet_at(std::uint64_t at) {
   ++uses_;
   Known* oldest = &known_.front();
   for (Known& candidate : known_) {
-    if (candidate.at == at) {
+    if (candidate.from <= at && at <= candidate.packet.at) {
       candidate.last_use = uses_;
       return candidate.packet;
     }
     if (candidate.last_use < oldest->last_use) oldest = &candidate;
   }
-  oldest->at = UINT64_MAX;
+  oldest->from = UINT64_MAX;
   if (!section_.find_packet(window_, at, oldest->packet))
     section_.refuse(at, "the packets end before the last point", "none", "one more packet");
-  oldest->at = at;
+  oldest->from = at;
   oldest->last_use = uses_;
   return oldest->packet;
 }
@@ -224,6 +237,7 @@ void StreamReader::read(std::size_t i, std::uint64_t first, std::span<std::byte>
   StreamPlace& place = places_[i];
   while (!out.empty()) {
     const E57Packet& packet = packet_at(place.packet);
+    place.packet = packet.at;  // a search that is done is not done again
     const std::uint64_t begin = packet.begins[stream];
     const std::uint64_t size_bytes = packet.begins[stream + 1] - begin;
     CAIRN_CHECK(first >= place.before);

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,26 +19,46 @@
 
 namespace cairn::formats {
 
-/// A data packet: where the piece of each stream lies in the logical file, and what follows the packet.
+/// A data packet: where it lies, where the piece of each stream lies in the logical file, and what follows the packet.
 struct E57Packet {
+  std::uint64_t at = 0;
   std::vector<std::uint64_t>
       begins;  ///< one more than streams: each piece ends where the next begins
   std::uint64_t next = 0;
 };
 
-/// Where reading a stream may begin: at the packet at or behind `packet`, with `before` bytes in those before.
+/// Where reading a stream may begin: at the data packet at or behind `packet`, with `before` bytes in those before.
 struct StreamPlace {
   std::uint64_t packet = 0;
   std::uint64_t before = 0;
 };
 
+/// Where the sections lie of the scans of a file that were opened. None may lie in another: then all walks over packets
+/// together take no more than the file has.
+class E57SectionPlaces {
+ public:
+  /// False if the logical bytes from `begin` to `end` meet those of a section before.
+  bool take(std::uint64_t begin, std::uint64_t end);
+
+ private:
+  std::map<std::uint64_t, std::uint64_t> end_of_;  ///< by begin
+};
+
+/// How the packets of a section are walked over.
+struct E57Walk {
+  std::uint64_t stretch_records = 0;
+  std::string where;  ///< the scan, for messages
+  bool allow_truncated = false;
+};
+
 class E57Section {
  public:
   /// Checks the section's header and walks over its packets. `used` are the fields whose streams will be read, at
-  /// least one, all numbers. Throws kInput, naming `where`, for a damaged header or packet, and where a stream ends
-  /// before the last record unless `allow_truncated`.
-  E57Section(const PageFile& file, const E57Scan& scan, std::vector<std::size_t> used,
-             std::uint64_t stretch_records, std::string where, bool allow_truncated);
+  /// least one, all numbers. Throws kInput, naming `walk.where`, for a damaged header or packet, for a section that
+  /// holds records and meets one in `places`, and where a stream ends before the last record unless
+  /// `walk.allow_truncated`.
+  E57Section(const PageFile& file, const E57Scan& scan, std::vector<std::size_t> used, E57Walk walk,
+             E57SectionPlaces& places);
 
   /// Whole records that are there, at most those claimed.
   std::uint64_t records() const { return records_; }
@@ -61,8 +82,8 @@ class E57Section {
  private:
   struct Head;
 
-  std::uint64_t read_header(std::uint64_t section_offset);
-  void walk(std::uint64_t first_packet, std::uint64_t stretch_records);
+  std::uint64_t read_header(std::uint64_t section_offset, E57SectionPlaces& places);
+  void find_records(std::uint64_t first_packet, std::uint64_t stretch_records);
   Head read_head(PageWindow& window, std::uint64_t at) const;
   void read_pieces(PageWindow& window, std::uint64_t at, const Head& head, E57Packet& packet) const;
   std::uint64_t whole_records(const std::vector<std::uint64_t>& stream_bytes) const;
@@ -93,8 +114,9 @@ class StreamReader {
   static std::uint64_t memory_bytes(const PageFile& file, const E57Section& section);
 
  private:
+  /// A packet, and from where on it was searched for: from any place between, it is the one at or behind.
   struct Known {
-    std::uint64_t at = UINT64_MAX;
+    std::uint64_t from = UINT64_MAX;
     std::uint64_t last_use = 0;
     E57Packet packet;
   };

@@ -12,6 +12,7 @@ namespace {
 
 using Names = std::array<std::string_view, 3>;
 using Bounds = std::array<double, 2>;
+using Channels = std::array<std::optional<Bounds>, 3>;  ///< of red, green and blue
 
 constexpr Names kCartesian{"cartesianX", "cartesianY", "cartesianZ"};
 constexpr Names kSpherical{"sphericalRange", "sphericalAzimuth", "sphericalElevation"};
@@ -53,31 +54,54 @@ ScalarType real_type(const E57Field& field) {
   return narrow ? ScalarType::kF32 : ScalarType::kF64;
 }
 
-/// Whether a greatest value is that of some number of bits.
-bool is_full_scale(const Bounds& limits) {
-  const double levels = limits[1] + 1;
-  int exponent = 0;
-  return limits[0] == 0 && levels >= 2 && std::frexp(levels, &exponent) == 0.5;
+bool is_usable(const Bounds& bounds) {
+  return std::isfinite(bounds[1] - bounds[0]) && bounds[0] < bounds[1];
 }
 
-/// From where to where the values of a colour go. Some writers give as limits what the scan happens to hold, which is no
-/// scale where the field itself tells one. Whole numbers without any stay as they are.
-Bounds color_scale(const E57Field& field, const std::optional<Bounds>& limits) {
-  const auto usable = [](const std::optional<Bounds>& bounds) {
-    return bounds && std::isfinite((*bounds)[1] - (*bounds)[0]) && (*bounds)[0] < (*bounds)[1];
-  };
-  const bool tells_scale =
-      usable(field.bounds) && (*field.bounds)[1] - (*field.bounds)[0] <= kMost16;
-  if (usable(limits) && (!field.is_whole() || !tells_scale || is_full_scale(*limits)))
-    return *limits;
-  if (tells_scale) return *field.bounds;
-  return field.is_whole() ? Bounds{0, kMost16} : Bounds{0, 1};
+/// From the least to the greatest of those that are told; none if that is no range.
+std::optional<Bounds> united(const Channels& channels) {
+  std::optional<Bounds> all;
+  for (const auto& bounds : channels) {
+    if (!bounds) continue;
+    if (!all) all = bounds;
+    all = {{std::min((*all)[0], (*bounds)[0]), std::max((*all)[1], (*bounds)[1])}};
+  }
+  return all && is_usable(*all) ? all : std::nullopt;
+}
+
+/// Whether limits are those of 8 to 16 bits, the same for all channels, and no more than the fields hold. Some writers
+/// give as limits what the scan happens to hold.
+bool are_of_bits(const Channels& limits, double greatest) {
+  const Bounds first = limits[0].value_or(Bounds{});
+  if (!std::ranges::all_of(limits, [&](const auto& bounds) { return bounds == first; }))
+    return false;
+  int exponent = 0;
+  return first[0] == 0 && first[1] >= kMost8 && first[1] <= std::min(greatest, kMost16) &&
+         std::frexp(first[1] + 1, &exponent) == 0.5;
+}
+
+/// From where to where the values of a color go: one range for all channels, as each with its own would change the hue.
+/// Where the fields of whole numbers tell one, limits are only believed that are a number of bits; a range without a
+/// width, or too wide, is none, and then whole numbers stay as they are, in 8 bits if they fit.
+Bounds color_scale(const std::array<const E57Field*, 3>& fields, const Channels& limits) {
+  Channels told;
+  for (std::size_t i = 0; i < 3; ++i) told[i] = fields[i]->bounds;
+  const bool whole = std::ranges::all_of(fields, &E57Field::is_whole);
+  auto range = united(told);
+  if (range && (*range)[1] - (*range)[0] > kMost16) range.reset();
+  const auto limit = united(limits);
+  if (limit && (!whole || !range || are_of_bits(limits, (*range)[1]))) return *limit;
+  if (range) return *range;
+  if (!whole) return {0, 1};
+  const bool narrow =
+      std::ranges::all_of(fields, [](const E57Field* field) { return field->maximum <= 255; });
+  return {0, narrow ? kMost8 : kMost16};
 }
 
 class Planner {
  public:
   Planner(const E57Scan& scan, ScanInfo& info)
-      : fields_(scan.fields), limits_(scan.color_limits), info_(info), taken_(fields_.size()) {}
+      : scan_(scan), fields_(scan.fields), info_(info), taken_(fields_.size()) {}
 
   std::optional<E57Plan> plan() {
     for (std::size_t i = 0; i < fields_.size(); ++i)
@@ -155,6 +179,7 @@ class Planner {
         }))
       return;
     info_.encoding = PositionEncoding::kSteps;
+    info_.has_nominal_scale = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       info_.scale[axis] = fields_[axes[axis]].scale;
       info_.offset[axis] = fields_[axes[axis]].offset;
@@ -170,31 +195,26 @@ class Planner {
     const ScalarType type = narrow ? ScalarType::kF32 : ScalarType::kF64;
     for (std::size_t i = 0; i < 3; ++i)
       plan_.uses.push_back(
-          {.field = (*normal)[i], .attribute = info_.schema.size(), .component = i, .type = type});
+          {.field = (*normal)[i], .attribute = info_.schema.size(), .component = i});
     append_attribute(info_.schema, attribute_name::kNormal, type, 3);
   }
 
   void plan_color() {
     const auto color = take(kColor);
     if (!color) return;
-    std::array<Bounds, 3> scales;
-    bool is_8 = true;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const E57Field& field = fields_[(*color)[i]];
-      scales[i] = color_scale(field, limits_[i]);
-      is_8 = is_8 && field.is_whole() && scales[i][1] - scales[i][0] <= kMost8;
-    }
+    std::array<const E57Field*, 3> fields{};
+    for (std::size_t i = 0; i < 3; ++i) fields[i] = &fields_[(*color)[i]];
+    const auto [low, high] = color_scale(fields, scan_.color_limits);
+    const bool is_8 = high - low <= kMost8 && std::ranges::all_of(fields, &E57Field::is_whole);
     const ScalarType type = is_8 ? ScalarType::kU8 : ScalarType::kU16;
+    const double factor = (is_8 ? kMost8 : kMost16) / (high - low);
     for (std::size_t i = 0; i < 3; ++i) {
-      const double low = scales[i][0];
-      const double factor = (is_8 ? kMost8 : kMost16) / (scales[i][1] - low);
-      const E57Field& field = fields_[(*color)[i]];
-      const bool as_is = low == 0 && factor == 1 && field.is_whole() && field.minimum >= 0;
+      const bool as_is =
+          low == 0 && factor == 1 && fields[i]->is_whole() && fields[i]->minimum >= 0;
       plan_.uses.push_back({.field = (*color)[i],
                             .value = as_is ? E57Use::Value::kWhole : E57Use::Value::kColor,
                             .attribute = info_.schema.size(),
                             .component = i,
-                            .type = type,
                             .low = low,
                             .factor = factor,
                             .mark = E57Mark::kColor});
@@ -204,29 +224,31 @@ class Planner {
 
   void plan_other(std::size_t i) {
     const E57Field& field = fields_[i];
-    E57Use use{.field = i, .attribute = info_.schema.size(), .type = real_type(field)};
+    E57Use use{.field = i, .attribute = info_.schema.size()};
+    ScalarType type = real_type(field);
     if (field.is_whole()) {
       use.value = E57Use::Value::kWhole;
-      use.type = whole_type(field);
+      type = whole_type(field);
     }
     std::string_view name = field.local_name();
     if (field.name == "intensity") use.mark = E57Mark::kIntensity;
-    if (field.name == "returnIndex" && use.type == ScalarType::kU8) {
+    if (field.name == "returnIndex" && type == ScalarType::kU8) {
       name = attribute_name::kReturnNumber;
-      use.addend = 1;
+      // What LAS files become has their numbers, which are from 1 on.
+      use.addend = scan_.has_las_elements ? 0 : 1;
     }
     if (field.name == "timeStamp") {
       name = attribute_name::kGpsTime;
       use.value = E57Use::Value::kReal;
-      use.type = ScalarType::kF64;
+      type = ScalarType::kF64;
       use.mark = E57Mark::kTime;
     }
-    append_attribute(info_.schema, name, use.type);
+    append_attribute(info_.schema, name, type);
     plan_.uses.push_back(use);
   }
 
+  const E57Scan& scan_;
   const std::vector<E57Field>& fields_;
-  const std::array<std::optional<Bounds>, 3>& limits_;
   ScanInfo& info_;
   std::vector<bool> taken_;
   E57Plan plan_;

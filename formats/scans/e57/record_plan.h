@@ -32,7 +32,6 @@ struct E57Use {
   Value value = Value::kReal;
   std::size_t attribute = 0;  ///< kAttribute: of the schema
   std::size_t component = 0;  ///< of the position or the attribute
-  ScalarType type = ScalarType::kF64;
   std::int64_t addend = 0;
   double low = 0;
   double factor = 1;
@@ -46,9 +45,10 @@ struct E57Plan {
 };
 
 /// Plans the fields and fills in encoding, scale, offset and schema. Positions on integer steps that fit 32 bits stay so;
-/// `nor:normalX` to Z become the normal, colours 8 or 16 bits by their limits, returnIndex (from 0) the return number
-/// (from 1), timeStamp the GPS time, as it is; other numbers are kept under their names. Strings are left out, and so
-/// are spherical coordinates beside cartesian ones. Nothing if the fields tell no position.
+/// `nor:normalX` to Z become the normal, colours 8 or 16 bits by their limits, returnIndex (from 0; where there are
+/// elements of LAS, from 1) the return number (from 1), timeStamp the GPS time, as it is; other numbers are kept under
+/// their names. Strings are left out, and so are spherical coordinates beside cartesian ones. Nothing if the fields
+/// tell no position.
 std::optional<E57Plan> plan_records(const E57Scan& scan, ScanInfo& info);
 
 }  // namespace cairn::formats
