@@ -179,11 +179,12 @@ class Dataset:
         return nodes[meets(nodes["box"], as_box(box))]
 
     def budget(self, points: int, *, by: str = "rms", box: ArrayLike | None = None) -> Nodes:
-        """The nodes that show the whole dataset best with at most so many points, in ascending order.
+        """Nodes that show the whole dataset with at most so many points, in ascending order.
 
         They are a cut through the tree: every leaf is among them or lies below exactly one of them. From the root on, the
-        worst node is replaced by its children while the budget has room for them, so that none of the cut could be refined
-        within it. The worst is
+        worst node is replaced by all of its children while the budget has room for them, so that none of the cut could be
+        refined within it: unless it is all leaves, less than ``(fanout - 1) * node_points`` points stay unused. That is
+        greedy, there may be a better cut. ``cairn export --budget`` makes another one, block by block. The worst is
 
         by="rms": the one that adds most to the RMS error: the greatest sum of squared distances between input points and
             the points that stand for them;
