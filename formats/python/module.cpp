@@ -90,6 +90,7 @@ PYBIND11_MODULE(_core, module) {
   using namespace cairn::formats::python;
   namespace py = pybind11;
   module.doc() = "The reader behind the package cairn. Use the package.";
+  module.attr("version") = CAIRN_VERSION;
   register_errors();
   py::class_<Reader>(module, "Reader", "An open dataset: index in memory, nodes on demand.")
       .def(py::init<const std::string&, const std::string&, std::uint64_t>(), py::arg("location"),

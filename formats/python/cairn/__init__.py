@@ -15,7 +15,7 @@ are from their representatives: `rms`, and a `bound` that none exceeds.
 ``site.nodes``                                  all nodes; ``site.nodes.table`` is one structured array
 ``site.level(2)``                               the nodes of a level, -1: the leaves
 ``site.in_box(box)``                            the leaves, or the nodes of a level, that meet a box
-``site.budget(n)``                              the cut of at most n points with the least error
+``site.budget(n)``                              a cut of at most n points, finest where the error is large
 ``nodes["rms"]``, ``nodes.rms``                 a column of their table; the error of all together
 ``nodes.read(attributes)``                      their `Points`, read by several threads
 ``site.read_box(box)``                          the points inside a box
@@ -30,6 +30,7 @@ What fails raises a subclass of `cairn.Error`: `UsageError` (a ValueError), `Inp
 
 from __future__ import annotations
 
+from ._core import version as __version__
 from ._dataset import Attribute, Dataset, Location
 from ._errors import AccessError, Error, InputError, InvariantError, UsageError
 from ._grid import Grid

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+version: str
+
 class Reader:
     def __init__(self, location: bytes, cache_folder: bytes, cache_bytes: int) -> None: ...
     @property
