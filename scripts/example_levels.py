@@ -3,13 +3,19 @@
 
     PYTHONPATH=build/release/python scripts/example_levels.py site.cairn -o levels.png
 
-Cells begin with `# %%`: Jupyter, Spyder and Visual Studio Code run them one by one. Needs Python 3 with NumPy and matplotlib
-(Debian: python3-numpy, python3-matplotlib).
+Cells begin with `# %%`: Jupyter, Spyder and Visual Studio Code run them one by one; what they look at is then told in the first.
+Needs Python 3 with NumPy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
 
-# %% Open a dataset. The index is read now; points only when asked for.
+# %% What to look at. Run as a script, its arguments tell instead.
+dataset = "site.cairn"  # a folder, or an address http(s)://HOST/NAME.cairn
+output = None  # a picture to write
+budget = 600_000  # points of the map
+
+# %% Open it. The index is read now; points only when asked for.
 import argparse
 import sys
+from pathlib import Path
 
 try:
     import numpy as np
@@ -18,14 +24,16 @@ try:
 except ImportError as error:
     sys.exit(f"example_levels.py: error: {error}; see the head of this script")
 
-parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("dataset", help="a folder NAME.cairn")
-parser.add_argument("-o", "--output", help="picture to write: .png, .pdf or .svg; without it a window is opened")
-parser.add_argument("--budget", type=int, default=600_000, help="points of the map")
-arguments = parser.parse_args()
+if Path(sys.argv[0]).name == "example_levels.py":  # and not the kernel that runs these cells
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("dataset", help="a folder NAME.cairn, or the address of one")
+    parser.add_argument("-o", "--output", help="picture to write: .png, .pdf or .svg; without it a window is opened")
+    parser.add_argument("--budget", type=int, default=budget, help="points of the map")
+    arguments = parser.parse_args()
+    dataset, output, budget = arguments.dataset, arguments.output, arguments.budget
 
 try:
-    site = cairn.open(arguments.dataset)
+    site = cairn.open(dataset)
 except cairn.Error as error:
     sys.exit(f"example_levels.py: error: {error}")
 print(site)
@@ -81,9 +89,9 @@ for axes in (sizes_axes, errors_axes):
     axes.set_xticks(range(site.level_count))
     axes.set_xlim(-0.5, site.level_count - 0.5)
 
-# %% A cut on a budget: the nodes that show all of the site with the least error, coarse where that costs little. They are read
-# by as many threads as there are processors.
-cut = site.budget(max(arguments.budget, site.root.point_count))
+# %% A cut on a budget: nodes that show all of the site, fine where the error is large and coarse where that costs little. They
+# are read by as many threads as there are processors.
+cut = site.budget(max(budget, site.root.point_count))
 points = cut.read([name for name in ("color", "intensity") if name in site.attributes
                    and site.attributes[name].on_inner_nodes])
 centre = site.bounds.mean(axis=0)
@@ -102,11 +110,11 @@ for level in np.unique(cut["level"]):
 handles = dict(zip(*map_axes.get_legend_handles_labels()[::-1]))  # one of each level
 map_axes.legend(handles.values(), handles, fontsize=8, loc="upper right", bbox_to_anchor=(1.3, 1))
 map_axes.set_aspect("equal")
-map_axes.set(title=f"{len(points):,} points of {len(cut)} nodes, at most {arguments.budget:,} asked for", xlabel=f"x - {centre[0]:,.1f}", ylabel=f"y - {centre[1]:,.1f}")
+map_axes.set(title=f"{len(points):,} points of {len(cut)} nodes, at most {budget:,} asked for", xlabel=f"x - {centre[0]:,.1f}", ylabel=f"y - {centre[1]:,.1f}")
 
-# %% What a budget buys: the error of the best cut of at most so many points, beside whole levels.
-budgets = np.unique(np.geomspace(site.root.point_count, site.point_count, 60).astype(np.int64))
-cuts = [site.budget(int(budget)) for budget in budgets]
+# %% What a budget buys: the error of cuts of at most so many points, beside whole levels.
+sizes = np.unique(np.geomspace(site.root.point_count, site.point_count, 60).astype(np.int64))
+cuts = [site.budget(int(size)) for size in sizes]
 budget_axes.plot([c.point_count for c in cuts], [c.rms or np.nan for c in cuts], ".-", color=GREEN, ms=4, lw=1,
                  label="cuts on a budget, site.budget(n)")
 budget_axes.plot([levels[level].point_count for level in shown], rms, "o", color=BLUE, label="whole levels")
@@ -123,7 +131,7 @@ for axes in figure.axes:
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(alpha=0.25)
 figure.suptitle(f"{site.source}: {site.point_count:,} points, fan-out {site.fanout}, {site.node_count:,} nodes")
-if arguments.output:
-    figure.savefig(arguments.output, dpi=110)
+if output:
+    figure.savefig(output, dpi=110)
 else:
     plt.show()

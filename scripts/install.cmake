@@ -2,6 +2,7 @@
 #
 #   program   cairn, what other processes of it need, manual page, completions, documents, examples
 #   reader    the library that reads datasets, its headers, and what find_package(cairn) needs
+#   python    the Python package; told in formats/python/CMakeLists.txt
 #
 # Nothing knows the prefix: what is installed may be moved.
 include(CMakePackageConfigHelpers)
@@ -48,6 +49,7 @@ endforeach()
 install(FILES README.md CHANGELOG.md LICENSE formats/FORMAT.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(DIRECTORY configs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT program
   FILES_MATCHING PATTERN "*.toml" PATTERN "*.tsv" PATTERN "*.conf")
+install(FILES scripts/example_levels.py DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT program)
 
 # --- The reader -----------------------------------------------------------------------------------
 # The headers that dataset_reader.h and error.h include, and those that they include, under their own names.

@@ -47,5 +47,16 @@ A static C++20 library that opens the datasets of the program cairn, checks
 and decodes their nodes, with its headers and what CMake needs to find it:
 find_package(cairn), target cairn::reader.")
 
+if(CAIRN_PYTHON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+    ${PROJECT_SOURCE_DIR}/scripts/debian/python3-cairn/postinst ${PROJECT_SOURCE_DIR}/scripts/debian/python3-cairn/prerm)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+  cairn_package(python python3-cairn python
+"multiresolution point datasets from laser scans - Python 3 module
+The module cairn reads datasets of the program cairn, from a folder or from
+a server, into NumPy arrays: a level of detail, a box, a budget of points, or
+node after node, in several threads.")
+endif()
+
 # A further component needs one more call, before this.
 include(CPack)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the Debian packages of the program and of the reader library, in build/package/.
+# Makes the Debian packages of the program, of the reader library and of the Python package, in build/package/.
 #
 #   scripts/package.sh            builds, packs, and asks lintian
 #   scripts/package.sh --check    also installs them in a bare Debian 12 and does the main job there. Needs root.
@@ -16,7 +16,7 @@ place=$PWD/build/package
 SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || stat -c %Y CHANGELOG.md)}
 export SOURCE_DATE_EPOCH
 cmake --preset release -B "$place" -DCMAKE_INSTALL_PREFIX=/usr -DCAIRN_TESTS=OFF \
-  -DCAIRN_ZSH_FOLDER=share/zsh/vendor-completions >/dev/null
+  -DCAIRN_ZSH_FOLDER=share/zsh/vendor-completions -DCAIRN_PYTHON_FOLDER=lib/python3/dist-packages >/dev/null
 cmake --build "$place" | tail -n 1
 rm -f "$place"/*.deb
 (cd "$place" && cpack >cpack.log) || { cat "$place/cpack.log" >&2; exit 1; }
@@ -65,6 +65,7 @@ mkdir -p "$place/archives" "$root/srv"
 cp "$place"/archives/*.deb "$root/var/cache/apt/archives/" 2>/dev/null || true
 cp "$place"/cairn_*.deb "$root/srv/cairn.deb"
 cp "$place"/libcairn-dev_*.deb "$root/srv/libcairn-dev.deb"
+cp "$place"/python3-cairn_*.deb "$root/srv/python3-cairn.deb"
 laz=(../shared/data/laz/*.laz)
 [[ ! -f ${laz[0]} ]] || cp "${laz[0]}" "$root/srv/scan.laz"
 
@@ -111,8 +112,17 @@ in_root bash -euc '
   cmake --build built >/dev/null
   built/consumer statue.cairn'
 
+echo "== The Python package"
+install_there /srv/python3-cairn.deb
+in_root python3 -c '
+import cairn
+with cairn.open("/srv/statue.cairn") as site:
+    points = site.root.read()
+    assert points.xyz.shape == (site.root.point_count, 3) and points.weight.sum() == site.point_count
+    print(f"{cairn.__version__}: {points} of {site.point_count:,}")'
+
 echo "== What is left when it is removed"
-in_root apt-get -qq -o Dpkg::Use-Pty=0 purge --yes cairn libcairn-dev >"$place/apt.log" 2>&1
-! in_root bash -c 'compgen -G "/usr/*/cairn*" || compgen -G "/usr/share/*/cairn*" || command -v cairn' ||
-  fail "files are left"
+in_root apt-get -qq -o Dpkg::Use-Pty=0 purge --yes cairn libcairn-dev python3-cairn >"$place/apt.log" 2>&1
+! in_root bash -c 'compgen -G "/usr/*/cairn*" || compgen -G "/usr/share/*/cairn*" || command -v cairn ||
+  compgen -G "/usr/lib/python3*/*/cairn*"' || fail "files are left"
 echo "Checked."

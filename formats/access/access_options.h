@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <stop_token>
 
 namespace cairn::formats {
@@ -24,6 +25,8 @@ struct AccessOptions {
   std::chrono::milliseconds longest_delay{10'000};
   /// Ends waiting, by Stopped.
   std::stop_token stop{};
+  /// Asked several times a second by every thread that waits: whether this wait is to end, by Stopped. Others go on.
+  std::function<bool()> interrupted{};
 };
 
 /// Where bytes are kept unless told otherwise: cairn in $XDG_CACHE_HOME, or in ~/.cache; empty if neither is known.

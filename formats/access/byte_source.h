@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -62,8 +63,10 @@ class ByteSource {
   virtual SharedBytes front(std::size_t size_bytes, Fresh fresh = Fresh::kNo) = 0;
   /// The bytes of each range, which must lie within the file. Waits for all. Any number of threads at a time. Throws
   /// Error: kInput where the file ends before, or where what comes over a network is not what its checksum tells or
-  /// has changed since the front was read; kSystem where reading fails. Throws Stopped.
-  virtual std::vector<SharedBytes> read(std::span<const ByteRange> ranges) const = 0;
+  /// has changed since the front was read; kSystem where reading fails. Throws Stopped, for
+  /// `stop` soon after it is requested; the source can be read again then.
+  virtual std::vector<SharedBytes> read(std::span<const ByteRange> ranges,
+                                        const std::stop_token& stop) const = 0;
 
   /// Begins to read a front that will be asked for.
   virtual void expect_front(std::size_t /*size_bytes*/) {}

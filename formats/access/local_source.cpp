@@ -24,7 +24,8 @@ void LocalSource::expect_size(std::uint64_t size_bytes) {
   if (file_.size_bytes() != size_bytes) refuse_size(file_.path(), file_.size_bytes(), size_bytes);
 }
 
-std::vector<SharedBytes> LocalSource::read(std::span<const ByteRange> ranges) const {
+std::vector<SharedBytes> LocalSource::read(std::span<const ByteRange> ranges,
+                                           const std::stop_token& /*stop*/) const {
   std::vector<SharedBytes> all;
   all.reserve(ranges.size());
   for (const ByteRange& range : ranges) {

@@ -15,7 +15,8 @@ class LocalSource : public ByteSource {
   std::uint64_t size_bytes() const override { return file_.size_bytes(); }
   SharedBytes front(std::size_t size_bytes, Fresh fresh) override;
   void expect_size(std::uint64_t size_bytes) override;
-  std::vector<SharedBytes> read(std::span<const ByteRange> ranges) const override;
+  std::vector<SharedBytes> read(std::span<const ByteRange> ranges,
+                                const std::stop_token& stop) const override;
   std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived) const override;
 
  private:

@@ -2,6 +2,7 @@
 #include "formats/access/remote_files.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "formats/access/remote_wishes.h"
@@ -10,6 +11,9 @@
 
 namespace cairn::formats {
 namespace {
+
+/// A thread that waits looks up so often.
+constexpr std::chrono::milliseconds kLookUp{50};
 
 RangeKey front_of(std::size_t file, std::size_t size_bytes) {
   return {.file = file, .front = true, .offset = 0, .size_bytes = size_bytes};
@@ -87,7 +91,7 @@ SharedBytes RemoteFiles::front(std::size_t file, std::size_t size_bytes, Fresh f
   ++table_.at(key).waiting;
   if (table_.at(key).state != RangeState::kHere) table_.want_now(key);
   transfers_.wake();
-  wait_for(lock, {key});
+  wait_for(lock, {key}, {});
   return end_waiting({key}).front();
 }
 
@@ -119,13 +123,14 @@ void RemoteFiles::identify(std::size_t file, std::uint64_t content) {
   files_[file].content = content;
 }
 
-std::vector<SharedBytes> RemoteFiles::read(std::size_t file, std::span<const ByteRange> ranges) {
+std::vector<SharedBytes> RemoteFiles::read(std::size_t file, std::span<const ByteRange> ranges,
+                                           const std::stop_token& stop) {
   std::vector<RangeKey> keys;
   for (const ByteRange& range : ranges) keys.push_back(key_of(file, range));
   std::unique_lock lock(mutex_);
   for (std::size_t i = 0; i < keys.size(); ++i) begin_waiting(lock, keys[i], ranges[i]);
   transfers_.wake();
-  wait_for(lock, keys);
+  wait_for(lock, keys, stop);
   return end_waiting(keys);
 }
 
@@ -207,15 +212,29 @@ std::string RemoteFiles::disk_key(std::size_t file, const ByteRange& range) cons
 }
 
 /// Waits until each is here or has failed. Throws Stopped.
-void RemoteFiles::wait_for(std::unique_lock<std::mutex>& lock, const std::vector<RangeKey>& keys) {
+void RemoteFiles::wait_for(std::unique_lock<std::mutex>& lock, const std::vector<RangeKey>& keys,
+                           const std::stop_token& stop) {
   const auto is_over = [&](const RangeKey& key) {
     const RangeState state = table_.at(key).state;
     return state == RangeState::kHere || state == RangeState::kFailed;
   };
   const auto over = [&] { return broken_ || std::ranges::all_of(keys, is_over); };
-  if (arrived_.wait(lock, options_.stop, over)) return;
-  for (const RangeKey& key : keys) --table_.at(key).waiting;
-  throw Stopped{};
+  while (!arrived_.wait_for(lock, options_.stop, kLookUp, over)) {
+    if (!is_stopped(lock, stop)) continue;
+    for (const RangeKey& key : keys) --table_.at(key).waiting;
+    throw Stopped{};
+  }
+}
+
+/// Whether somebody wants the wait to end. Asks without the lock.
+bool RemoteFiles::is_stopped(std::unique_lock<std::mutex>& lock,
+                             const std::stop_token& stop) const {
+  if (options_.stop.stop_requested() || stop.stop_requested()) return true;
+  if (!options_.interrupted) return false;
+  lock.unlock();
+  const bool interrupted = options_.interrupted();
+  lock.lock();
+  return interrupted;
 }
 
 /// Takes what came. Throws the first failure, which is told once and then forgotten: who asks again tries again.

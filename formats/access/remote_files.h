@@ -44,7 +44,8 @@ class RemoteFiles {
   void keep_front(std::size_t file, std::span<const std::byte> bytes);
   void expect_size(std::size_t file, std::uint64_t size_bytes);
   void identify(std::size_t file, std::uint64_t content);
-  std::vector<SharedBytes> read(std::size_t file, std::span<const ByteRange> ranges);
+  std::vector<SharedBytes> read(std::size_t file, std::span<const ByteRange> ranges,
+                                const std::stop_token& stop);
   bool ready(std::size_t file, const ByteRange& range);
   std::unique_ptr<WishList> make_wish_list(std::size_t file, std::function<void()> arrived);
 
@@ -69,7 +70,9 @@ class RemoteFiles {
                      const ByteRange& range);
   bool find_on_disk(std::unique_lock<std::mutex>& lock, const RangeKey& key,
                     const ByteRange& range);
-  void wait_for(std::unique_lock<std::mutex>& lock, const std::vector<RangeKey>& keys);
+  void wait_for(std::unique_lock<std::mutex>& lock, const std::vector<RangeKey>& keys,
+                const std::stop_token& stop);
+  bool is_stopped(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) const;
   std::vector<SharedBytes> end_waiting(const std::vector<RangeKey>& keys);
   std::string disk_key(std::size_t file, const ByteRange& range) const;
   static RangeKey key_of(std::size_t file, const ByteRange& range) {
@@ -133,8 +136,9 @@ class RemoteSource : public ByteSource {
   SharedBytes front(std::size_t size_bytes, Fresh fresh) override {
     return files_->front(number_, size_bytes, fresh);
   }
-  std::vector<SharedBytes> read(std::span<const ByteRange> ranges) const override {
-    return files_->read(number_, ranges);
+  std::vector<SharedBytes> read(std::span<const ByteRange> ranges,
+                                const std::stop_token& stop) const override {
+    return files_->read(number_, ranges, stop);
   }
   void expect_front(std::size_t size_bytes) override { files_->expect_front(number_, size_bytes); }
   bool has_stored_front() const override { return files_->has_stored_front(number_); }

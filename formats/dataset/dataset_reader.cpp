@@ -27,7 +27,7 @@ constexpr std::uint64_t kIndexStep = 8 << 20;
 
 void append(std::vector<std::byte>& bytes, const ByteSource& file,
             const std::vector<ByteRange>& ranges) {
-  for (const SharedBytes& part : file.read(ranges))
+  for (const SharedBytes& part : file.read(ranges, {}))
     bytes.insert(bytes.end(), part->begin(), part->end());
 }
 
@@ -89,7 +89,7 @@ std::string read_metadata(const ByteSource& file, const IndexHead& head) {
   const ByteRange all{
       .offset = 0, .size_bytes = head.metadata_size_bytes, .checksum = head.metadata_checksum};
   const SharedBytes bytes = all.size_bytes == 0 ? std::make_shared<const std::vector<std::byte>>()
-                                                : file.read(std::span(&all, 1)).front();
+                                                : file.read(std::span(&all, 1), {}).front();
   const std::uint64_t sum = checksum_of(*bytes);
   if (sum != head.metadata_checksum)
     throw_input({.what = "the checksum of the metadata does not match",
@@ -186,10 +186,11 @@ std::unique_ptr<NodeWishes> DatasetReader::make_wishes(const SectionSet& wanted,
   return std::unique_ptr<NodeWishes>(new NodeWishes(*this, wanted, std::move(arrived)));
 }
 
-NodeData DatasetReader::read_node(NodeId id, const SectionSet& wanted) const {
+NodeData DatasetReader::read_node(NodeId id, const SectionSet& wanted,
+                                  const std::stop_token& stop) const {
   const std::filesystem::path& path = files_.nodes->path();
   const NodeRecord& node = record(id);
-  const std::vector<SharedBytes> read = files_.nodes->read(ranges_of(id, wanted));
+  const std::vector<SharedBytes> read = files_.nodes->read(ranges_of(id, wanted), stop);
   std::vector<std::span<const std::byte>> bytes(node.sections.size());
   std::size_t next = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {

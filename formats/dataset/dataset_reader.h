@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -58,8 +59,9 @@ class DatasetReader {
   AccessStatistics access() const { return files_.statistics(); }
 
   /// Reads and decodes the wanted sections of a node. Any number of threads at a time. Throws Error:
-  /// kInput for sections that are damaged, kSystem where reading fails; and Stopped.
-  NodeData read_node(NodeId id, const SectionSet& wanted) const;
+  /// kInput for sections that are damaged, kSystem where reading fails; and Stopped, where it waits for a network
+  /// and `stop` is requested. That ends this call alone.
+  NodeData read_node(NodeId id, const SectionSet& wanted, const std::stop_token& stop = {}) const;
 
   /// A list of nodes to come, to be read with these sections. `arrived` is called by another thread when a node may
   /// have become ready; it must not change the list. The reader must outlive the list.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "formats/error.h"
+#include "formats/stopped.h"
 
 namespace cairn::formats::python {
 namespace {
@@ -49,8 +50,15 @@ void register_errors() {
       } catch (py::error_already_set& failure) {
         failure.restore();
       }
+    } catch (const Stopped&) {
+      if (PyErr_Occurred() == nullptr) PyErr_SetNone(PyExc_KeyboardInterrupt);
     }
   });
+}
+
+bool has_raising_signal() {
+  const py::gil_scoped_acquire locked;
+  return PyErr_CheckSignals() != 0;
 }
 
 }  // namespace cairn::formats::python

@@ -18,6 +18,9 @@
 #include "formats/python/arrays.h"
 #include "formats/python/errors.h"
 #include "formats/python/node_columns.h"
+#include "formats/python/reader.h"
+#include "formats/python/reading.h"
+#include "formats/python/shared.h"
 
 namespace cairn::formats::python {
 namespace {
@@ -26,38 +29,8 @@ namespace py = pybind11;
 
 using Steps = py::array_t<std::int32_t, py::array::c_style>;  // others are refused, not converted
 
-/// A reader that can be closed. Whoever reads meanwhile holds it until done.
-class Reader {
- public:
-  explicit Reader(const std::string& location) {
-    const py::gil_scoped_release unlocked;
-    reader_.reset(new const DatasetReader(DatasetReader::open(location)));
-  }
-
-  ~Reader() { close(); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-
-  /// What has to be waited for does not hold up other threads of Python.
-  void close() {
-    std::shared_ptr<const DatasetReader> reader = std::move(reader_);
-    const py::gil_scoped_release unlocked;
-    reader.reset();
-  }
-  bool closed() const { return reader_ == nullptr; }
-
-  /// The reader itself, which stays even if another thread closes this one.
-  std::shared_ptr<const DatasetReader> get() const {
-    if (closed()) throw_usage("the dataset is closed");
-    return reader_;
-  }
-
- private:
-  std::shared_ptr<const DatasetReader> reader_;
-};
-
 /// What all nodes share.
-py::dict describe(const Reader& closable) {
+py::dict describe(Reader& closable) {
   const auto reader = closable.get();
   const DatasetHeader& header = reader->header();
   const Tree& tree = reader->tree();
@@ -80,54 +53,18 @@ py::dict describe(const Reader& closable) {
   return described;
 }
 
-SectionSet sections(const DatasetHeader& header, const std::vector<std::size_t>& attributes,
-                    bool radius, bool weight, bool representative) {
-  SectionSet wanted;
-  wanted.set(kPositionSection);
-  wanted.set(kRadiusSection, radius);
-  wanted.set(kWeightSection, weight);
-  wanted.set(kRepresentativeSection, representative);
-  for (const std::size_t attribute : attributes) {
-    CAIRN_CHECK(attribute < header.schema.size());
-    wanted.set(kFirstAttributeSection + attribute);
-  }
-  return wanted;
-}
-
-/// The column of an attribute: (points) or, of several components, (points, components). None where the node has none.
-py::object attribute_array(std::vector<std::byte> column, const Attribute& attribute) {
-  if (column.empty()) return py::none();
-  const auto count = static_cast<py::ssize_t>(column.size() / attribute.size_bytes());
-  std::vector<py::ssize_t> shape{count};
-  if (attribute.components > 1) shape.push_back(attribute.components);
-  return array_over(std::move(column), dtype_of(attribute.type), std::move(shape));
-}
-
-template <typename T>
-py::object array_or_none(std::vector<T> column) {
-  return column.empty() ? py::object(py::none()) : py::object(array_over(std::move(column)));
-}
-
-/// Columns of a node, each an array of its own: steps, the attributes in the order asked for, radius, weight,
-/// representative. What is not asked for, or not there, is None.
-py::tuple read_node(const Reader& closable, std::uint64_t id,
-                    const std::vector<std::size_t>& attributes, bool radius, bool weight,
-                    bool representative) {
-  const auto reader = closable.get();
-  const DatasetHeader& header = reader->header();
-  const SectionSet wanted = sections(header, attributes, radius, weight, representative);
-  NodeData data;
-  {
-    const py::gil_scoped_release unlocked;
-    data = reader->read_node(NodeId{id}, wanted);
-  }
-  py::list columns;
-  for (const std::size_t attribute : attributes)
-    columns.append(
-        attribute_array(std::move(data.attributes[attribute]), header.schema[attribute]));
-  return py::make_tuple(
-      array_over(std::move(data.position)), columns, array_or_none(std::move(data.radius)),
-      array_or_none(std::move(data.weight)), array_or_none(std::move(data.representative)));
+std::shared_ptr<Reading> start_reading(Reader& reader, const std::vector<std::uint64_t>& ids,
+                                       std::vector<std::size_t> attributes, bool radius,
+                                       bool weight, bool representative) {
+  auto dataset = reader.get();
+  std::vector<NodeId> order;
+  for (const std::uint64_t id : ids) order.push_back(NodeId{id});
+  const py::gil_scoped_release unlocked;
+  return share(std::make_unique<Reading>(std::move(dataset), std::move(order),
+                                         Columns{.attributes = std::move(attributes),
+                                                 .radius = radius,
+                                                 .weight = weight,
+                                                 .representative = representative}));
 }
 
 /// World coordinates of grid steps, (points, 3) both, by the one formula of formats/dataset/grid.h.
@@ -153,22 +90,29 @@ PYBIND11_MODULE(_core, module) {
   using namespace cairn::formats::python;
   namespace py = pybind11;
   module.doc() = "The reader behind the package cairn. Use the package.";
+  module.attr("version") = CAIRN_VERSION;
   register_errors();
   py::class_<Reader>(module, "Reader", "An open dataset: index in memory, nodes on demand.")
-      .def(py::init<const std::string&>(), py::arg("location"))
+      .def(py::init<const std::string&, const std::string&, std::uint64_t>(), py::arg("location"),
+           py::arg("cache_folder"), py::arg("cache_bytes"))
       .def("close", &Reader::close)
       .def_property_readonly("closed", &Reader::closed)
       .def("describe", &describe)
-      .def("metadata", [](const Reader& reader) { return py::bytes(reader.get()->metadata()); })
-      .def("node_columns", [](const Reader& reader) { return node_columns(*reader.get()); })
+      .def("metadata", [](Reader& reader) { return py::bytes(reader.get()->metadata()); })
+      .def("node_columns", [](Reader& reader) { return node_columns(*reader.get()); })
       .def(
           "block_starts",
-          [](const Reader& reader, std::uint64_t id) {
+          [](Reader& reader, std::uint64_t id) {
             return reader.get()->record(cairn::formats::NodeId{id}).block_start;
           },
           py::arg("id"))
-      .def("read_node", &read_node, py::arg("id"), py::arg("attributes"), py::arg("radius"),
+      .def("reading", &start_reading, py::arg("ids"), py::arg("attributes"), py::arg("radius"),
            py::arg("weight"), py::arg("representative"));
+  py::class_<Reading, std::shared_ptr<Reading>>(module, "Reading", "Some nodes, being read.")
+      .def("node", &Reading::node, py::arg("place"))
+      .def("stop", &Reading::stop, py::call_guard<py::gil_scoped_release>());
+  module.def("default_cache_folder",
+             [] { return py::bytes(cairn::formats::default_cache_folder().string()); });
   module.def("to_world", &to_world, py::arg("steps").noconvert(), py::arg("step"),
              py::arg("offset"), py::arg("shift"));
 }

@@ -4,7 +4,7 @@
 //   CAIRN_FAULT_FOLDER  calls on files whose paths begin so are counted
 //   CAIRN_FAULT_AT      the number of the call, from 1
 //   CAIRN_FAULT         kill: the process is killed before the call; ENOSPC: this and all later calls that take space fail
-//                       so; EIO: this call fails so
+//                       so; EIO: this call fails so; slow: this and all later calls take half a second more
 //   CAIRN_FAULT_COUNT   a file that is told, in the end, how many calls there were
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -51,6 +51,7 @@ int fault(Kind kind) {
   const long number = calls.fetch_add(1) + 1;
   if (at == 0 || number < at) return 0;
   if (std::strcmp(what, "kill") == 0) ::raise(SIGKILL);
+  if (std::strcmp(what, "slow") == 0) ::usleep(500'000);
   if (std::strcmp(what, "ENOSPC") == 0 && kind == Kind::kTakesSpace) return ENOSPC;
   return std::strcmp(what, "EIO") == 0 && number == at ? EIO : 0;
 }

@@ -83,7 +83,8 @@ TEST_F(Install, TheProgramComesWithItsDocumentsAndNothingElse) {
         "share/zsh/site-functions/_cairn", "share/fish/vendor_completions.d/cairn.fish",
         "share/doc/cairn/README.md", "share/doc/cairn/FORMAT.md", "share/doc/cairn/CHANGELOG.md",
         "share/doc/cairn/LICENSE", "share/doc/cairn/examples/scenes/statue.toml",
-        "share/doc/cairn/examples/default.toml", "share/cairn/laz-worker/worker.cjs",
+        "share/doc/cairn/examples/default.toml", "share/doc/cairn/examples/example_levels.py",
+        "share/cairn/laz-worker/worker.cjs",
         "share/cairn/laz-worker/node_modules/laz-perf/lib/node/laz-perf.wasm"})
     EXPECT_TRUE(files.contains(file)) << file;
   for (const std::string& file : files) {
@@ -141,6 +142,30 @@ TEST_F(Install, AProgramOfOthersReadsADataset) {
   // Errors arrive as the library's own.
   EXPECT_EQ(run_program(place + "/consumer", {folder_ / "none.cairn"}).exit_code, 4);
 }
+
+#ifdef CAIRN_PYTHON
+TEST_F(Install, PythonReadsADatasetFromWhereverItsPrefixIsMoved) {
+  ASSERT_EQ(build({write_wavy_las(folder_ / "wavy.las", 3000), "--node-points", "500"}).exit_code,
+            0);
+  const fs::path prefix = install("python");
+  const std::string package = CAIRN_PYTHON_FOLDER "/cairn/";
+  const std::set<std::string> files = files_below(prefix);
+  for (const char* file : {"__init__.py", "_core.pyi", "py.typed"})
+    EXPECT_TRUE(files.contains(package + file)) << file;
+  for (const std::string& file : files) {
+    EXPECT_TRUE(file.starts_with(package)) << file;
+    EXPECT_EQ(read_text(prefix / file).find(CAIRN_SOURCE), std::string::npos)
+        << file << " tells where it was built";
+  }
+  const Outcome read = run_program(
+      "/usr/bin/env", {"PYTHONPATH=" + (prefix / CAIRN_PYTHON_FOLDER).string(), CAIRN_PYTHON, "-c",
+                       "import cairn, sys; print(cairn.__file__, "
+                       "cairn.open(sys.argv[1]).level(-1).read().weight.sum())",
+                       output()});
+  EXPECT_EQ(read.exit_code, 0) << read.err;
+  EXPECT_EQ(read.out, (prefix / package / "__init__.py").string() + " 3000\n");
+}
+#endif
 
 }  // namespace
 }  // namespace cairn::test

@@ -1,7 +1,8 @@
-"""Which nodes show a whole dataset best with at most so many points, wherever the eye is.
+"""Which nodes show a whole dataset with at most so many points, wherever the eye is.
 
 The viewer's cut (viewer/lod_selection.h) depends on a view. This one goes by the errors that the index records alone:
-from the root on, the node that is worst is replaced by its children as long as the budget has room for them.
+from the root on, the node that is worst is replaced by its children as long as the budget has room for them. Unlike those, and
+unlike the cut of `cairn export` (viewer/error_cut.h), it is made of whole nodes: what it gives is what a table of nodes can hold.
 """
 
 from __future__ import annotations

@@ -1,12 +1,15 @@
 """The reader, in C++ (formats/python/module.cpp). Use the package."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+version: str
+
 class Reader:
-    def __init__(self, location: bytes) -> None: ...
+    def __init__(self, location: bytes, cache_folder: bytes, cache_bytes: int) -> None: ...
     @property
     def closed(self) -> bool: ...
     def close(self) -> None: ...
@@ -14,8 +17,13 @@ class Reader:
     def metadata(self) -> bytes: ...
     def node_columns(self) -> dict[str, NDArray[Any]]: ...
     def block_starts(self, id: int) -> list[int]: ...
-    def read_node(
-        self, id: int, attributes: list[int], radius: bool, weight: bool, representative: bool
+    def reading(
+        self, ids: Sequence[int], attributes: list[int], radius: bool, weight: bool, representative: bool
+    ) -> Reading: ...
+
+class Reading:
+    def node(
+        self, place: int
     ) -> tuple[
         NDArray[np.int32],
         list[NDArray[Any]],
@@ -23,7 +31,9 @@ class Reader:
         NDArray[np.uint64] | None,
         NDArray[np.uint32] | None,
     ]: ...
+    def stop(self) -> None: ...
 
+def default_cache_folder() -> bytes: ...
 def to_world(
     steps: NDArray[np.int32],
     step: tuple[float, float, float],

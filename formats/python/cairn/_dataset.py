@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,25 @@ from ._errors import UsageError
 from ._grid import Grid, as_box, meets
 from ._nodes import Node, Nodes
 from ._points import Points, describe_column
+
+
+Location = Union[str, bytes, "os.PathLike[str]"]
+"""A path; where datasets are opened also an address."""
+
+
+def path_bytes(path: Location) -> bytes:
+    """A path as the system has it."""
+    text = os.fsencode(path)
+    if b"\0" in text:
+        raise UsageError(f"a path holds no zero byte: found {os.fsdecode(path)!r}")
+    return text
+
+
+def cache_folder(web_cache: Location | bool) -> bytes:
+    """Where fetched bytes are kept; empty: nowhere."""
+    if isinstance(web_cache, bool):
+        return _core.default_cache_folder() if web_cache else b""
+    return path_bytes(web_cache)
 
 
 @dataclass(frozen=True)
@@ -46,8 +65,8 @@ class Attribute:
 class Dataset:
     """An open dataset: the index in memory, points on demand. Made by `cairn.open`.
 
-    Any number of threads may read at a time. It can be used in a ``with`` statement, and be sent to other processes,
-    which open it again. Points that were read live on when it is closed.
+    Any number of threads may read at a time. It can be used in a ``with`` statement, be sent to other processes, which
+    open it again, and be inherited by fork. Points that were read live on when it is closed.
     """
 
     source: str
@@ -74,12 +93,10 @@ class Dataset:
     sections: tuple[str, ...]
     """What nodes are stored as: the columns of the field ``section_bytes``."""
 
-    def __init__(self, location: str | bytes | os.PathLike[str]) -> None:
+    def __init__(self, location: Location, web_cache: Location | bool = True, web_cache_bytes: int = 1 << 30) -> None:
         self.source = os.fsdecode(location)
-        path = os.fsencode(self.source)
-        if b"\0" in path:
-            raise UsageError(f"a path holds no zero byte: found {self.source!r}")
-        self._reader = _core.Reader(path)
+        self._web_cache = web_cache, web_cache_bytes
+        self._reader = _core.Reader(path_bytes(location), cache_folder(web_cache), web_cache_bytes)
         told = self._reader.describe()
         schema = [Attribute(*fields) for fields in told["schema"]]
         radius = Attribute("radius", np.dtype(np.float32), 1, "cover_radius", told["radius_estimated"])
@@ -162,11 +179,12 @@ class Dataset:
         return nodes[meets(nodes["box"], as_box(box))]
 
     def budget(self, points: int, *, by: str = "rms", box: ArrayLike | None = None) -> Nodes:
-        """The nodes that show the whole dataset best with at most so many points, in ascending order.
+        """Nodes that show the whole dataset with at most so many points, in ascending order.
 
         They are a cut through the tree: every leaf is among them or lies below exactly one of them. From the root on, the
-        worst node is replaced by its children while the budget has room for them, so that none of the cut could be refined
-        within it. The worst is
+        worst node is replaced by all of its children while the budget has room for them, so that none of the cut could be
+        refined within it: unless it is all leaves, less than ``(fanout - 1) * node_points`` points stay unused. That is
+        greedy, there may be a better cut. ``cairn export --budget`` makes another one, block by block. The worst is
 
         by="rms": the one that adds most to the RMS error: the greatest sum of squared distances between input points and
             the points that stand for them;
@@ -203,7 +221,7 @@ class Dataset:
         self.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Dataset, (self.source,)
+        return Dataset, (self.source, *self._web_cache)
 
     def __repr__(self) -> str:
         if self.closed:

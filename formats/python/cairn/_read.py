@@ -1,10 +1,14 @@
-"""Reading the points of nodes, several side by side: the C++ reader works without the interpreter's lock."""
+"""Reading the points of nodes, several side by side: the C++ reader works without the interpreter's lock.
+
+Of a dataset on a server it fetches the next nodes meanwhile.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
@@ -52,28 +56,33 @@ def wanted_of(dataset: Dataset, ids: Sequence[int], attributes: str | Iterable[s
     return Wanted(names, [order.index(name) for name in names if name != "radius"], weight, representative)
 
 
-def read_node(dataset: Dataset, id: int, wanted: Wanted) -> Points:
-    """The points of one node, without a copy."""
-    inner = id < dataset._first_leaf
-    steps, found, radius, weight, representative = dataset._reader.read_node(
-        id, wanted.schema, wanted.radius, wanted.weight and inner, wanted.representative)
-    columns = dict(zip((name for name in wanted.names if name != "radius"), found))
-    if wanted.radius:
-        columns["radius"] = radius
-    return Points(steps, dataset.grid, {name: columns[name] for name in wanted.names},
-                  1 if wanted.weight and not inner else weight, representative)
+def each_node(dataset: Dataset, ids: Sequence[int], wanted: Wanted, take: Callable[[int, Points], Result],
+              threads: int | None = 1) -> list[Result]:
+    """take(0, points of the first node), take(1, ...), ... in order, at most `threads` at a time.
 
-
-def in_threads(task: Callable[[int], Result], count: int, threads: int | None) -> list[Result]:
-    """task(0), task(1), ... in order, at most `threads` at a time. The first exception ends it."""
+    The points are the memory that they were decoded into. The first exception, Ctrl-C's too, ends it.
+    """
     if threads is None:
         threads = len(os.sched_getaffinity(0))
     if threads < 1:
         raise UsageError(f"{threads} threads cannot read")
-    if min(threads, count) <= 1:
-        return [task(i) for i in range(count)]
-    with ThreadPoolExecutor(min(threads, count), thread_name_prefix="cairn") as pool:
-        return list(pool.map(task, range(count)))
+    reading = dataset._reader.reading(ids, wanted.schema, wanted.radius, wanted.weight, wanted.representative)
+
+    def task(place: int) -> Result:
+        steps, found, radius, weight, representative = reading.node(place)
+        columns = dict(zip((name for name in wanted.names if name != "radius"), found))
+        if wanted.radius:
+            columns["radius"] = radius
+        ones = wanted.weight and ids[place] >= dataset._first_leaf
+        return take(place, Points(steps, dataset.grid, {name: columns[name] for name in wanted.names},
+                                  1 if ones else weight, representative))
+
+    count = min(threads, len(ids))
+    with ThreadPoolExecutor(count, thread_name_prefix="cairn") if count > 1 else nullcontext() as pool:
+        try:
+            return list((pool.map if pool else map)(task, range(len(ids))))
+        finally:
+            reading.stop()  # or the pool would wait for threads that wait for a server
 
 
 def empty_points(dataset: Dataset, wanted: Wanted, count: int, leaves: bool) -> Points:
@@ -95,8 +104,7 @@ def read_whole(dataset: Dataset, ids: Sequence[int], wanted: Wanted, threads: in
     starts = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).tolist()
     points = empty_points(dataset, wanted, starts[-1], leaves=all(id >= dataset._first_leaf for id in ids))
 
-    def place(i: int) -> None:
-        node = read_node(dataset, ids[i], wanted)
+    def place(i: int, node: Points) -> None:
         here = slice(starts[i], starts[i + 1])
         points.steps[here] = node.steps
         for name, column in node.columns.items():
@@ -106,7 +114,7 @@ def read_whole(dataset: Dataset, ids: Sequence[int], wanted: Wanted, threads: in
         if wanted.representative:
             points.representative[here] = node.representative
 
-    in_threads(place, len(ids), threads)
+    each_node(dataset, ids, wanted, place, threads)
     return points
 
 
@@ -116,13 +124,12 @@ def read_inside(dataset: Dataset, ids: Sequence[int], wanted: Wanted, box: NDArr
     whole = holds(box, dataset._table["box"][np.asarray(ids, np.int64)])
     leaves = all(id >= dataset._first_leaf for id in ids)
 
-    def read(i: int) -> Points:
-        points = read_node(dataset, ids[i], wanted)
+    def choose(i: int, points: Points) -> Points:
         if not leaves and isinstance(points._weight, int):
             points._weight = np.ones(len(points), np.uint64)
         return points if whole[i] else points[inside(box, points.xyz)]
 
-    return concatenate([empty_points(dataset, wanted, 0, leaves), *in_threads(read, len(ids), threads)])
+    return concatenate([empty_points(dataset, wanted, 0, leaves), *each_node(dataset, ids, wanted, choose, threads)])
 
 
 def read_nodes(dataset: Dataset, ids: Sequence[int], attributes: str | Iterable[str] | None, *,
@@ -133,5 +140,5 @@ def read_nodes(dataset: Dataset, ids: Sequence[int], attributes: str | Iterable[
     if box is not None:
         return read_inside(dataset, ids, wanted, as_box(box), threads)
     if len(ids) == 1:
-        return read_node(dataset, ids[0], wanted)
+        return each_node(dataset, ids, wanted, lambda _, points: points)[0]
     return read_whole(dataset, ids, wanted, threads)

@@ -64,7 +64,7 @@ class RemoteFilesTest : public testing::Test {
   }
   Bytes read(const RemoteSource& source, std::uint64_t offset, std::uint64_t size) const {
     const ByteRange wanted = range(offset, size);
-    return *source.read(std::span(&wanted, 1)).front();
+    return *source.read(std::span(&wanted, 1), {}).front();
   }
   /// The one line that reading some range ends with.
   Error failure(const RemoteSource& source) const {
@@ -116,7 +116,7 @@ TEST_F(RemoteFilesTest, NeighboursComeInOneRequestOverOneConnection) {
   const auto source = open(quick());
   std::vector<ByteRange> ranges;
   for (std::uint64_t i = 0; i < 20; ++i) ranges.push_back(range(10'000 + i * 1000, 990));
-  const auto all = source->read(ranges);
+  const auto all = source->read(ranges, {});
   for (std::uint64_t i = 0; i < 20; ++i) EXPECT_EQ(*all[i], part(10'000 + i * 1000, 990));
   EXPECT_LE(server_.requests().size(), 3u);
   EXPECT_LE(files_->statistics().gap_bytes, 19u * 10);
@@ -293,7 +293,7 @@ TEST_F(RemoteFilesTest, OnlyTheDamagedPartOfARequestComesAgain) {
   const std::vector<ByteRange> ranges{range(5000, 1000), range(6000, 1000), range(7000, 1000)};
   const auto list = source->make_wish_list({});
   list->replace(ranges);
-  const auto all = source->read(ranges);
+  const auto all = source->read(ranges, {});
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(*all[i], part(ranges[i].offset, 1000));
   EXPECT_EQ(files_->statistics().fetched_bytes, 1u + 3000 + 1000);
 }
@@ -426,7 +426,7 @@ TEST_F(RemoteFilesTest, ASizeThatIsOnlyClaimedTakesNoMemory) {
   const auto source = open(quick());
   EXPECT_EQ(source->size_bytes(), UINT64_MAX);
   const ByteRange huge{.offset = 0, .size_bytes = std::uint64_t{1} << 60};
-  EXPECT_THROW(source->read(std::span(&huge, 1)), Error);
+  EXPECT_THROW(source->read(std::span(&huge, 1), {}), Error);
   EXPECT_THROW(source->expect_size(kFileBytes), Error);
 }
 
@@ -468,6 +468,41 @@ TEST_F(RemoteFilesTest, AStopEndsWaiting) {
     stop.request_stop();
   });
   EXPECT_THROW(read(*source, 5000, 1000), Stopped);
+}
+
+TEST_F(RemoteFilesTest, AReadThatIsStoppedEndsAloneAndCanBeRepeated) {
+  const auto source = open(quick());
+  fail({.kind = WebFault::kStall, .bytes = 1}, 1);
+  std::stop_source stop;
+  std::atomic<bool> other_came = false;
+  std::jthread other([&] { other_came = read(*source, 5000, 1000) == part(5000, 1000); });
+  const std::jthread user([&] {
+    std::this_thread::sleep_for(milliseconds(50));
+    stop.request_stop();
+  });
+  const ByteRange wanted = range(5000, 1000);
+  EXPECT_THROW(source->read(std::span(&wanted, 1), stop.get_token()), Stopped);
+  other.join();
+  EXPECT_TRUE(other_came);
+  EXPECT_EQ(read(*source, 5000, 1000), part(5000, 1000));
+}
+
+TEST_F(RemoteFilesTest, WaitingThreadsAskWhetherTheyAreInterrupted) {
+  std::atomic<bool> interrupted = false;
+  std::atomic<std::thread::id> asked;
+  AccessOptions options = quick();
+  options.stall_timeout = std::chrono::seconds(60);
+  options.interrupted = [&] {
+    asked = std::this_thread::get_id();
+    return interrupted.load();
+  };
+  const auto source = open(options);
+  fail({.kind = WebFault::kStall, .bytes = 1}, 1);
+  interrupted = true;
+  EXPECT_THROW(read(*source, 5000, 1000), Stopped);
+  EXPECT_EQ(asked.load(), std::this_thread::get_id());
+  interrupted = false;
+  EXPECT_EQ(read(*source, 9000, 1000), part(9000, 1000));
 }
 
 TEST_F(RemoteFilesTest, ItEndsWithRequestsUnderWayAndWishesLeft) {

@@ -4,12 +4,16 @@ What a dataset must give back is known from the arrays that its scans were writt
 """
 import atexit
 import os
+import re
 import shutil
 import struct
 import subprocess
+import sys
 import tempfile
+import threading
 import unittest
 from functools import lru_cache
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +22,13 @@ import cairn
 
 PROGRAM = os.environ["CAIRN_PROGRAM"]
 SOURCE = Path(os.environ["CAIRN_SOURCE"])
+FAULTS = os.environ["CAIRN_FAULTS"]  # see tests/faults/faults.cpp
 SHARED_DATA = Path(os.environ["CAIRN_SHARED_DATA"])
 
 _folder = tempfile.TemporaryDirectory(prefix="cairn-python-")
 FOLDER = Path(_folder.name)
 atexit.register(_folder.cleanup)
+os.environ["XDG_CACHE_HOME"] = str(FOLDER / "caches")  # nothing of the user's is read or written
 
 # LAS 1.2, point format 3.
 LAS_RECORD = np.dtype([("steps", "<i4", 3), ("intensity", "<u2"), ("flags", "u1"), ("classification", "u1"),
@@ -112,6 +118,86 @@ def copy_of(path, name):
     to = FOLDER / f"{name}.cairn"
     shutil.copytree(path, to)
     return to
+
+
+class WebServer(ThreadingHTTPServer):
+    """Serves FOLDER by ranges on the loopback until the test ends, and misbehaves as the test tells it to."""
+    daemon_threads = True
+    block_on_close = False
+
+    def __init__(self, test):
+        super().__init__(("127.0.0.1", 0), WebAnswer)
+        self.answered = []  # (file name, first byte, last byte) of each request
+        self.most_at_once = 0
+        self.at_once = 0
+        self.delay_s = 0.0
+        self.damage = None  # of answers about nodes.bin: how the body is changed
+        self.flowing = threading.Event()  # while it is clear, bodies about nodes.bin stall after their first byte
+        self.flowing.set()
+        self.stalled = threading.Event()  # one does
+        self.lock = threading.Lock()
+        threading.Thread(target=self.serve_forever, args=(0.01,), daemon=True).start()
+        test.addCleanup(self.server_close)
+        test.addCleanup(self.shutdown)
+        test.addCleanup(self.flowing.set)
+
+    def url(self, path):
+        return f"http://127.0.0.1:{self.server_address[1]}/{Path(path).name}"
+
+    def handle_error(self, request, client_address):
+        pass  # clients that go away
+
+
+class WebAnswer(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, *arguments):
+        pass
+
+    def do_GET(self):
+        server = self.server
+        with server.lock:
+            server.at_once += 1
+            server.most_at_once = max(server.most_at_once, server.at_once)
+        try:
+            threading.Event().wait(server.delay_s)
+            self.answer(FOLDER / self.path[1:])
+        finally:
+            with server.lock:
+                server.at_once -= 1
+
+    def answer(self, path):
+        if not path.is_file():
+            return self.send_error(404)
+        data = path.read_bytes()
+        tag = f'"{len(data)}-{path.stat().st_mtime_ns}"'
+        if self.headers.get("If-None-Match") == tag:
+            self.send_response(304)
+            self.send_header("ETag", tag)
+            return self.end_headers()
+        first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
+        body = data[first:last + 1]
+        self.server.answered.append((path.name, first, first + len(body) - 1))
+        of_nodes = path.name == "nodes.bin" and len(body) > 1
+        if of_nodes and self.server.damage:
+            body = self.server.damage(bytearray(body))
+        self.send_response(206)
+        self.send_header("Content-Range", f"bytes {first}-{first + len(body) - 1}/{len(data)}")
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("ETag", tag)
+        self.end_headers()
+        if of_nodes and not self.server.flowing.is_set():
+            self.wfile.write(body[:1])
+            body = body[1:]
+            self.server.stalled.set()
+            self.server.flowing.wait()
+        self.wfile.write(body)
+
+
+def python(code, *arguments):
+    """A process that runs code, its input and outputs piped."""
+    return subprocess.Popen([sys.executable, "-c", code, *map(str, arguments)], cwd=Path(__file__).parent,
+                            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def sorted_rows(*columns):

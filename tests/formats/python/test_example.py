@@ -14,6 +14,20 @@ from support import FOLDER, SOURCE, SurveyCase, build, copy_of, write_ply
 SCRIPT = SOURCE / "scripts" / "example_levels.py"
 REQUIRED = "CAIRN_SHARED_DATA_REQUIRED" in os.environ  # continuous integration: nothing may be missing
 
+# Runs cells as a notebook's kernel does, whose own arguments are none of theirs; after the first their user names a picture.
+NOTEBOOK = """
+import re, sys
+with open(sys.argv[1], encoding="utf-8") as file:
+    head, *cells = re.split("(?m)^# %%", file.read())
+sys.argv = ["/usr/lib/python3/dist-packages/ipykernel_launcher.py", "-f", "kernel-1.json"]
+names = {"__name__": "__main__"}
+for cell in cells:
+    exec("#" + cell, names)
+    if cell is cells[0]:
+        names.update(output="cells.png", budget=5000)
+print(len(cells), "cells")
+"""
+
 
 @unittest.skipUnless(REQUIRED or importlib.util.find_spec("matplotlib"), "no matplotlib")
 class ExampleScript(SurveyCase):
@@ -52,6 +66,16 @@ class ExampleScript(SurveyCase):
         outcome = self.draw(build("cube", FOLDER / "cube.ply"), "-o", FOLDER / "cube.png")
         self.assertEqual((outcome.returncode, outcome.stderr), (0, ""))
         self.assertGreater((FOLDER / "cube.png").stat().st_size, 10_000)
+
+    def test_its_cells_run_one_by_one(self):
+        folder = FOLDER / "notebook"
+        folder.mkdir()
+        (folder / "site.cairn").symlink_to(self.path)
+        outcome = subprocess.run([sys.executable, "-c", NOTEBOOK, SCRIPT], cwd=folder,
+                                 env={**os.environ, "MPLBACKEND": "Agg"}, capture_output=True, text=True, check=False)
+        self.assertEqual((outcome.returncode, outcome.stderr), (0, ""))
+        self.assertEqual(outcome.stdout.splitlines()[-1], "8 cells")
+        self.assertEqual(struct.unpack(">II", (folder / "cells.png").read_bytes()[16:24]), (1430, 1100))
 
     def test_what_is_missing_is_told_in_one_line(self):
         outcome = self.draw(FOLDER / "missing.cairn", "-o", FOLDER / "none.png")

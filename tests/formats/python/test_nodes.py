@@ -1,6 +1,7 @@
 """What is told of a dataset and of its nodes, held against the files and against the points themselves."""
 import json
 import pickle
+import re
 import subprocess
 import sys
 import unittest
@@ -9,6 +10,14 @@ import numpy as np
 
 import cairn
 from support import FOLDER, PROGRAM, SOURCE, SurveyCase, build, write_ply
+
+
+class Package(unittest.TestCase):
+    def test_its_version_is_that_of_the_program(self):
+        printed = subprocess.run([PROGRAM, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout
+        self.assertIn(cairn.__version__, printed.split())
+        told = re.search(r"(?m)^project\(cairn VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8"))
+        self.assertEqual(cairn.__version__, told[1])
 
 
 class WhatADatasetTells(SurveyCase):

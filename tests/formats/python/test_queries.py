@@ -1,11 +1,13 @@
 """Boxes against brute force over the points that were written, and cuts against what a cut promises."""
 import itertools
+import struct
+import subprocess
 import unittest
 
 import numpy as np
 
 import cairn
-from support import FOLDER, OFFSET, SCALE, SurveyCase, build, sorted_rows, survey_records, write_las
+from support import FOLDER, OFFSET, PROGRAM, SCALE, SurveyCase, build, sorted_rows, survey_records, write_las
 
 
 class Boxes(SurveyCase):
@@ -108,6 +110,21 @@ class Budgets(SurveyCase):
                     if not node.is_leaf:
                         refined = cut.point_count - node.point_count + node.children.point_count
                         self.assertGreater(refined, budget, f"{node} could be refined")
+
+    def test_less_than_what_refining_a_node_adds_stays_unused(self):
+        for by in ("rms", "bound"):
+            for budget in range(313, 20_000, 487):
+                unused = budget - self.site.budget(budget, by=by).point_count
+                self.assertLess(unused, (4 - 1) * 313)
+
+    def test_an_export_comes_within_a_node_of_the_budget(self):
+        for budget in (1500, 5000, 11_000):
+            file = FOLDER / "budget.las"
+            subprocess.run([PROGRAM, "export", self.path, "-o", file, "--budget", str(budget), "--force", "--progress",
+                            "none"], check=True, stdout=subprocess.DEVNULL)
+            exported, = struct.unpack_from("<I", file.read_bytes(), 107)  # of LAS 1.2; of 1.4 where the format allows
+            self.assertGreater(exported, budget - 313)
+            self.assertLessEqual(exported, budget)
 
     def test_the_least_is_the_root_and_the_most_all_leaves(self):
         self.assertEqual(self.site.budget(313).ids.tolist(), [0])
