@@ -66,6 +66,7 @@ while(more)
     endif()
   endforeach()
 endwhile()
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${reader_headers})  # what they include may change
 target_sources(cairn_reader PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${reader_headers})
 set_target_properties(cairn_reader PROPERTIES EXPORT_NAME reader)
 add_library(cairn::reader ALIAS cairn_reader)

@@ -40,7 +40,8 @@ holds, into one dataset that can be drawn on a budget, proved, measured and
 given back: a multi-way kd-tree whose nodes all hold as many points. It reads
 LAS, LAZ, E57, PLY, PCD, PTX and other texts of numbers.")
 
-set(CPACK_DEBIAN_READER_PACKAGE_DEPENDS "libcurl4-openssl-dev, libfmt-dev, liblzo2-dev, libxxhash-dev, libzstd-dev, pkgconf | pkg-config")
+set(CPACK_DEBIAN_READER_PACKAGE_DEPENDS 
+  "libcurl4-openssl-dev | libcurl-dev, libfmt-dev (>= 9), libfmt-dev (<< 10), liblzo2-dev, libxxhash-dev, libzstd-dev, pkgconf | pkg-config")
 cairn_package(reader libcairn-dev libdevel
 "multiresolution point datasets from laser scans - reading them
 A static C++20 library that opens the datasets of the program cairn, checks

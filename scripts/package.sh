@@ -86,6 +86,8 @@ in_root bash -euc '
   cairn verify statue.cairn --against statue/campaign.toml --progress none
   cairn info statue.cairn --json | grep --quiet "\"points\":"
   cairn render statue.cairn -o statue.png >/dev/null
+  cairn export statue.cairn --format 3dtiles -o tiles --progress none >/dev/null
+  test -s tiles/page.js
   gzip -cd /usr/share/man/man1/cairn.1.gz | grep --quiet "^\.TH CAIRN 1"
   zcat /usr/share/doc/cairn/changelog.Debian.gz | head -n 1
   test -s /usr/share/doc/cairn/copyright

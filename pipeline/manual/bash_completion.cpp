@@ -9,7 +9,8 @@ namespace {
 constexpr const char* kFunctions =
     R"bash(# Completion of cairn for bash; made by cairn --generate bash.
 
-_cairn_words() { mapfile -t COMPREPLY < <(compgen -W "$1" -- "$current"); }
+# Words, beside what is offered already.
+_cairn_words() { mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -W "$1" -- "$current"); }
 
 # Folders, and files that match a pattern.
 _cairn_files() {
@@ -44,21 +45,17 @@ std::string joined(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// The call that offers values.
+/// The calls that offer values.
 std::string offer(const FlagText& flag) {
-  switch (flag.kind) {
-    case ValueKind::kFolder:
-    case ValueKind::kDataset:
-      return "_cairn_folders";
-    case ValueKind::kFile: {
-      std::string pattern;
-      for (const std::string& suffix : flag.suffixes)
-        pattern += (pattern.empty() ? "" : "|") + suffix;
-      return "_cairn_files '" + (pattern.empty() ? "*" : "*@(" + pattern + ")") + "'";
-    }
-    default:
-      return flag.words.empty() ? ":" : "_cairn_words '" + joined(flag.words) + "'";
-  }
+  std::vector<std::string> calls;
+  if (flag.kind == ValueKind::kFolder || flag.kind == ValueKind::kDataset)
+    calls.emplace_back("_cairn_folders");
+  else if (flag.kind == ValueKind::kFile)
+    calls.push_back(flag.suffixes.empty()
+                        ? "_cairn_files '*'"
+                        : fmt::format("_cairn_files '*@({})'", fmt::join(flag.suffixes, "|")));
+  if (!flag.words.empty()) calls.push_back("_cairn_words '" + joined(flag.words) + "'");
+  return calls.empty() ? ":" : fmt::format("{}", fmt::join(calls, "; "));
 }
 
 /// `case` branches for the values of flags, "build --codec" and the like.

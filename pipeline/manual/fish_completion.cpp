@@ -18,17 +18,14 @@ std::string quoted(std::string_view text) {
 
 /// What is offered for a value; empty if nothing is known of it.
 std::string offered(const FlagText& flag) {
-  switch (flag.kind) {
-    case ValueKind::kFolder:
-    case ValueKind::kDataset:
-      return "(__fish_complete_directories)";
-    case ValueKind::kFile:
-      return flag.suffixes.empty()
-                 ? "(__fish_complete_path)"
-                 : fmt::format("(__fish_complete_suffix {})", fmt::join(flag.suffixes, " "));
-    default:
-      return fmt::format("{}", fmt::join(flag.words, " "));
-  }
+  std::vector<std::string> parts = flag.words;
+  if (flag.kind == ValueKind::kFolder || flag.kind == ValueKind::kDataset)
+    parts.emplace_back("(__fish_complete_directories)");
+  else if (flag.kind == ValueKind::kFile)
+    parts.push_back(flag.suffixes.empty() ? "(__fish_complete_path)"
+                                          : fmt::format("(__fish_complete_suffix {})",
+                                                        fmt::join(flag.suffixes, " ")));
+  return fmt::format("{}", fmt::join(parts, " "));
 }
 
 std::string flag_line(const FlagText& flag, const std::string& condition) {

@@ -41,7 +41,8 @@ void take_placeholder(const std::string& part, FlagText& flag) {
                                                ".ptx", ".pts", ".xyz",  ".txt", ".csv", ".toml"};
   const std::size_t dot = part.rfind('.');
   if (part == "DIR" || part == "FOLDER") {
-    flag.kind = ValueKind::kFolder;
+    // Where a file may stand, folders are offered beside files.
+    if (flag.kind != ValueKind::kFile) flag.kind = ValueKind::kFolder;
   } else if (part == "FILE") {
     flag.kind = ValueKind::kFile;
   } else if (part == "SCANS") {

@@ -32,9 +32,13 @@ std::string value_of(const FlagText& flag) {
     for (const std::string& suffix : flag.suffixes)
       endings += (endings.empty() ? "" : "|") + suffix.substr(1);
     action = "_files -g \"(#i)*.(" + endings + ")\"";
-  } else if (!flag.words.empty())
-    action = fmt::format("({})", fmt::join(flag.words, " "));
-  else
+  }
+  const std::string words = fmt::format("{}", fmt::join(flag.words, " "));
+  if (!action.empty() && !words.empty())
+    action = "{" + action + "; compadd -- " + words + "}";
+  else if (!words.empty())
+    action = "(" + words + ")";
+  else if (action.empty())
     action = " ";  // nothing is known of it
   return ":" + escaped(flag.placeholder) + ":" + action;
 }

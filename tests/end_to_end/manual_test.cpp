@@ -14,6 +14,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
@@ -183,6 +184,11 @@ TEST_F(Manual, BashOffersWordsFlagsAndFiles) {
   EXPECT_THAT(bash({"view", "site.cairn", "--path", ""}),
               UnorderedElementsAre("walk.toml", "site.cairn"));
   EXPECT_THAT(bash({"build", "--scratch", "s"}), ElementsAre("site.cairn"));
+  // Values of two kinds.
+  EXPECT_THAT(bash({"export", "site.cairn", "-o", ""}),
+              IsSupersetOf({"a.las", "notes.pdf", "site.cairn"}));
+  EXPECT_THAT(bash({"info", "site.cairn", "--web-cache", ""}),
+              UnorderedElementsAre("site.cairn", "off"));
 }
 
 TEST_F(Manual, FishOffersWordsFlagsAndFiles) {
@@ -197,6 +203,8 @@ TEST_F(Manual, FishOffersWordsFlagsAndFiles) {
   EXPECT_THAT(fish("cairn info "), ElementsAre("site.cairn/"));
   EXPECT_THAT(fish("cairn build a"), Contains("a.las"));
   EXPECT_THAT(fish("cairn build --node-points "), Not(Contains("a.las")));
+  EXPECT_THAT(fish("cairn export site.cairn -o "), IsSupersetOf({"a.las", "site.cairn/"}));
+  EXPECT_THAT(fish("cairn info --web-cache "), UnorderedElementsAre("site.cairn/", "off"));
 }
 
 TEST_F(Manual, ZshTakesTheCompletion) {
@@ -241,6 +249,9 @@ zpty -d shell
   EXPECT_THAT(zsh("cairn build --codec zs"), HasSubstr("std"));
   EXPECT_THAT(zsh("cairn build --codec l"), HasSubstr("lzo999"));
   EXPECT_THAT(zsh("cairn build --node-p"), HasSubstr("oints"));
+  EXPECT_THAT(zsh("cairn info --web-cache of"), HasSubstr("off"));
+  EXPECT_THAT(zsh("cairn info --web-cache si"), HasSubstr("site.cairn"));
+  EXPECT_THAT(zsh("cairn export site.cairn -o not"), HasSubstr("es.pdf"));
 }
 
 }  // namespace

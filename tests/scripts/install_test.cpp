@@ -97,11 +97,29 @@ TEST_F(Install, TheProgramComesWithItsDocumentsAndNothingElse) {
     ASSERT_EQ(::stat((prefix / file).c_str(), &status), 0);
     EXPECT_EQ(status.st_mode & 07777, file == "bin/cairn" ? 0755U : 0644U) << file;
   }
+  // The page of 3D Tiles is found where it is installed.
+  ASSERT_EQ(build({write_wavy_las(folder_ / "wavy.las", 3000)}).exit_code, 0);
+  const Outcome tiles =
+      run_program(prefix / "bin/cairn", {"export", output(), "--format", "3dtiles", "-o",
+                                         folder_ / "tiles", "--progress", "none"});
+  EXPECT_EQ(tiles.exit_code, 0) << tiles.err;
+  EXPECT_EQ(read_text(folder_ / "tiles/page.js"),
+            read_text(prefix / "share/cairn/tiles-page/page.js"));
   // A scene of the examples works where it lies.
   const Outcome simulated = run_program(
       prefix / "bin/cairn", {"simulate", prefix / "share/doc/cairn/examples/scenes/statue.toml",
                              "-o", folder_ / "statue", "--points", "2000", "--progress", "none"});
   EXPECT_EQ(simulated.exit_code, 0) << simulated.err;
+}
+
+TEST_F(Install, GoesBelowAFolderThatOnlyStandsForTheRoot) {
+  const Outcome outcome = run_program(
+      "/usr/bin/env", {"DESTDIR=" + (folder_ / "root"), "cmake", "--install",
+                       fs::path(CAIRN_PROGRAM).parent_path(), "--component", "program", "--prefix",
+                       "/opt/of-cairn"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(folder_ / "root/opt/of-cairn/share/man/man1/cairn.1"));
+  EXPECT_FALSE(fs::exists("/opt/of-cairn"));
 }
 
 TEST_F(Install, AProgramOfOthersReadsADataset) {
