@@ -21,7 +21,7 @@ packages=(
   man-db groff-base mandoc zsh fish  # readers of what the program generates, for tests
 )
 if [[ "${1:-}" == checks ]]; then
-  packages+=(clang clang-format clang-tidy libclang-rt-14-dev llvm-14 dpkg-dev
+  packages+=(clang clang-format clang-tidy lld libclang-rt-14-dev llvm-14 dpkg-dev
     python3-matplotlib)
 elif [[ "${1:-}" == packages ]]; then
   packages+=(dpkg-dev file lintian debootstrap)
