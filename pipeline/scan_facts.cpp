@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "formats/error.h"
 #include "formats/scans/crs.h"
@@ -20,7 +22,7 @@ using formats::ScanInfo;
 
 /// "a.las", "a.las and b.las", "a.las and 4 more".
 std::string names_of(const std::vector<const ScanInfo*>& scans) {
-  const std::string first = printable(scans.front()->name());
+  std::string first = printable(scans.front()->name());
   if (scans.size() == 1) return first;
   if (scans.size() == 2) return first + " and " + printable(scans.back()->name());
   return fmt::format("{} and {} more", first, scans.size() - 1);
@@ -81,9 +83,9 @@ const AttributeDetails* details_of(const ScanInfo& scan, const std::string& attr
 
 /// Whether values mean the same: the words beside them do not count.
 bool same_meaning(const AttributeDetails* a, const AttributeDetails* b) {
-  static const AttributeDetails kNone;
-  const AttributeDetails& first = a != nullptr ? *a : kNone;
-  const AttributeDetails& second = b != nullptr ? *b : kNone;
+  const AttributeDetails none;
+  const AttributeDetails& first = a != nullptr ? *a : none;
+  const AttributeDetails& second = b != nullptr ? *b : none;
   return first.scale == second.scale && first.offset == second.offset &&
          first.no_data == second.no_data;
 }

@@ -8,6 +8,7 @@
 #include "formats/scalar_value.h"
 #include "formats/scans/scan_reader.h"
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/e57_bytes.h"
 #include "tests/support/las_bytes.h"
 #include "tests/support/las_points.h"
 #include "tests/support/scan_points.h"
@@ -205,6 +206,95 @@ Made make_csv(const TemporaryFolder& folder) {
   return {folder.write("all.csv", header + "\n" + rows_of(columns, names, ',')), columns};
 }
 
+/// Whole numbers of a column, shifted; what an E57 file stores.
+std::vector<std::int64_t> wholes(const Columns& columns, const std::string& name, double factor = 1,
+                                 std::int64_t shift = 0) {
+  std::vector<std::int64_t> values;
+  for (const double value : columns.at(name))
+    values.push_back(std::llround(value * factor) + shift);
+  return values;
+}
+
+constexpr const char* kE57Wkt = "PROJCS[\"site\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"2994\"]]";
+
+Made write_e57(const TemporaryFolder& folder, const std::string& name, E57ScanBytes scan,
+               const Columns& columns) {
+  const E57Bytes file{.scans = {std::move(scan)},
+                      .root_xml = std::string("<coordinateMetadata type=\"String\"><![CDATA[") +
+                                  kE57Wkt + "]]></coordinateMetadata>"};
+  return {folder.write(name, file.bytes()), columns};
+}
+
+/// All that the standard and its extension of normals have for a point, under a pose that turns about (1, 1, 1): x becomes
+/// y, y becomes z, z becomes x.
+Made make_e57(const TemporaryFolder& folder) {
+  Columns columns = columns_of({{"nx", "float"},
+                                {"ny", "float"},
+                                {"nz", "float"},
+                                {"red", "ushort"},
+                                {"green", "ushort"},
+                                {"blue", "ushort"},
+                                {"intensity", "ushort"},
+                                {"gps_time", "double"},
+                                {"row_index", "ushort"},
+                                {"column_index", "ushort"}});
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const auto count = 1 + hash(i, 7, 2);
+    append(columns, "return_count", static_cast<double>(count));
+    append(columns, "return_number", static_cast<double>(1 + hash(i, 8, 8) % count));
+  }
+  E57ScanBytes scan{
+      .streams = {},
+      .xml =
+          "<pose type=\"Structure\"><rotation type=\"Structure\"><w type=\"Float\">0.5</w>"
+          "<x type=\"Float\">0.5</x><y type=\"Float\">0.5</y><z type=\"Float\">0.5</z></rotation>"
+          "<translation type=\"Structure\"><x type=\"Float\">-16</x><y type=\"Float\">2.5</y>"
+          "<z type=\"Float\">0</z></translation></pose>"};
+  const std::string eighths = R"(scale="0.125")";
+  scan.streams.push_back(
+      e57_scaled("cartesianX", -20, 4095, eighths, wholes(columns, "y", 8, -20)));
+  scan.streams.push_back(e57_scaled("cartesianY", 0, 4095, eighths, wholes(columns, "z", 8)));
+  scan.streams.push_back(e57_scaled("cartesianZ", 0, 4095, eighths, wholes(columns, "x", 8, 128)));
+  const auto add_floats = [&](const char* name, const char* column) {
+    std::vector<float> values;
+    for (const double value : columns.at(column)) values.push_back(static_cast<float>(value));
+    scan.streams.push_back(e57_floats(name, values));
+  };
+  add_floats("nor:normalX", "ny");
+  add_floats("nor:normalY", "nz");
+  add_floats("nor:normalZ", "nx");
+  for (const auto& [field, column] :
+       {std::pair{"colorRed", "red"}, std::pair{"colorGreen", "green"},
+        std::pair{"colorBlue", "blue"}, std::pair{"intensity", "intensity"},
+        std::pair{"rowIndex", "row_index"}, std::pair{"columnIndex", "column_index"}})
+    scan.streams.push_back(e57_integers(field, 0, 65535, wholes(columns, column)));
+  scan.streams.push_back(e57_doubles("timeStamp", columns.at("gps_time")));
+  scan.streams.push_back(
+      e57_integers("returnIndex", 0, 7, wholes(columns, "return_number", 1, -1)));
+  scan.streams.push_back(e57_integers("returnCount", 0, 7, wholes(columns, "return_count")));
+  return write_e57(folder, "all.e57", std::move(scan), columns);
+}
+
+/// Positions on decimal steps, which stay, colors of 8 bits, and a field of an extension.
+Made make_e57_steps(const TemporaryFolder& folder) {
+  Columns columns =
+      columns_of({{"red", "uchar"}, {"green", "uchar"}, {"blue", "uchar"}, {"quality", "int"}});
+  for (const char* axis : {"x", "y", "z"})
+    for (double& value : columns[axis]) value *= 0.08;  // of eighths: hundredths
+  E57ScanBytes scan;
+  const std::string hundredths = R"(scale="0.01")";
+  for (const auto& [field, column] :
+       {std::pair{"cartesianX", "x"}, std::pair{"cartesianY", "y"}, std::pair{"cartesianZ", "z"}})
+    scan.streams.push_back(e57_scaled(field, 0, 1 << 16, hundredths, wholes(columns, column, 100)));
+  for (const auto& [field, column] :
+       {std::pair{"colorRed", "red"}, std::pair{"colorGreen", "green"},
+        std::pair{"colorBlue", "blue"}})
+    scan.streams.push_back(e57_integers(field, 0, 255, wholes(columns, column)));
+  scan.streams.push_back(
+      e57_integers("acme:quality", INT32_MIN, INT32_MAX, wholes(columns, "quality")));
+  return write_e57(folder, "steps.e57", std::move(scan), columns);
+}
+
 std::vector<std::string> names_of(const formats::Attribute& attribute) {
   if (attribute.name == "color") return {"red", "green", "blue"};
   if (attribute.name == "normal") return {"nx", "ny", "nz"};
@@ -338,6 +428,8 @@ INSTANTIATE_TEST_SUITE_P(
     Formats, AttributeTable,
     testing::Values(Input{"las", make_las, false,
                           "PROJCS[\"site\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"2994\"]]"},
+                    Input{"e57", make_e57, false, kE57Wkt},
+                    Input{"e57_steps", make_e57_steps, true, kE57Wkt},
                     Input{"ply", make_ply, true, "EPSG:2994"}, Input{"pcd", make_pcd, false, ""},
                     Input{"ptx", make_ptx, true, ""}, Input{"csv", make_csv, false, ""}),
     [](const auto& test) { return std::string(test.param.name); });

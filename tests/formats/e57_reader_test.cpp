@@ -410,19 +410,15 @@ TEST_F(E57Reader, LimitsThatAreOfFewBitsOrOfSomeChannelsAreNoScale) {
     EXPECT_EQ(held.value<std::uint8_t>("color", 1, 0), 1) << most;
   }
   // The darkest channel ends at 127 or at 255 by chance: as all stay as they are, so does the hue.
-  for (const auto& [most, dark] : {std::pair{255, "127"}, std::pair{1023, "255"}}) {
-    std::string xml = color_limits("Integer", most == 255 ? "203" : "803");
-    const std::size_t blue = xml.rfind("<colorBlueMaximum");
-    xml.replace(xml.find('>', blue) + 1, 3, dark);
-    const auto scan =
-        read({.streams = line_with_colors(0, most, {0, 100}, {0, 100}, {0, 100}), .xml = xml});
-    const auto channel = [&](std::size_t i) {
-      return most == 255 ? scan.value<std::uint8_t>("color", 1, i)
-                         : scan.value<std::uint16_t>("color", 1, i);
-    };
-    EXPECT_EQ(channel(0), most == 255 ? 100 : 6406) << most;  // 100 * 65535 / 1023 = 6406.2
-    EXPECT_EQ(channel(1), channel(0)) << most;
-    EXPECT_EQ(channel(2), channel(0)) << most;
+  const auto with_dark_blue = [&](std::int64_t most, const char* limit, const char* dark) {
+    std::string xml = color_limits("Integer", limit);
+    xml.replace(xml.find('>', xml.rfind("<colorBlueMaximum")) + 1, 3, dark);
+    return read({.streams = line_with_colors(0, most, {0, 100}, {0, 100}, {0, 100}), .xml = xml});
+  };
+  const auto eight = with_dark_blue(255, "203", "127"), ten = with_dark_blue(1023, "803", "255");
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    EXPECT_EQ(eight.value<std::uint8_t>("color", 1, channel), 100);
+    EXPECT_EQ(ten.value<std::uint16_t>("color", 1, channel), 6406);  // 100 * 65535 / 1023 = 6406.2
   }
   // Nothing goes beyond what the fields hold.
   const auto beyond = read({.streams = line_with_colors(0, 255, {0, 90}, {1, 2}, {80, 7}),
