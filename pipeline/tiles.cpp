@@ -14,6 +14,7 @@
 #include "formats/random_access_file.h"
 #include "formats/resource_folder.h"
 #include "formats/scans/crs.h"
+#include "formats/scans/crs_facts.h"
 #include "pipeline/locked_folder.h"
 #include "pipeline/memory_budget.h"
 #include "pipeline/publish.h"
@@ -106,7 +107,15 @@ stages::TileSource source_from(const fs::path& folder) {
   };
 }
 
-stages::TilesOptions options_of(const TilesJob& job, const formats::DatasetReader& dataset) {
+/// Metres in a unit of each axis.
+std::array<double, 3> units_of(const formats::CrsFacts& facts, std::optional<double> given) {
+  const double length = given.value_or(facts.unit_m.value_or(1));
+  const bool own_heights = !given && facts.kind != formats::CrsKind::kGeocentric;
+  return {length, length, own_heights ? facts.vertical_unit_m.value_or(length) : length};
+}
+
+/// Throws where the metadata's records are damaged.
+formats::CrsFacts facts_of(const TilesJob& job, const formats::DatasetReader& dataset) {
   std::vector<formats::VariableLengthRecord> records;
   if (const auto error = formats::read_metadata_crs(dataset.metadata(), records))
     formats::throw_input({.what = error->what,
@@ -114,19 +123,24 @@ stages::TilesOptions options_of(const TilesJob& job, const formats::DatasetReade
                           .offset = error->byte_offset,
                           .found = error->found,
                           .expected = error->expected});
-  const formats::CrsFrame frame = formats::crs_frame(records);
-  if (frame.geographic)
-    formats::throw_usage("coordinates of " + formats::crs_name(records) +
+  return formats::crs_facts(records);
+}
+
+stages::TilesOptions options_of(const TilesJob& job, const formats::CrsFacts& facts) {
+  const bool geocentric = facts.kind == formats::CrsKind::kGeocentric;
+  if (facts.kind == formats::CrsKind::kGeographic)
+    formats::throw_usage("coordinates of " + facts.name +
                          " are degrees; 3D Tiles take metres, projected or Earth-centred");
-  if (frame.geocentric && job.place)
+  if (geocentric && job.place)
     formats::throw_usage("--place is for coordinates that are not Earth-centred; those of " +
                          job.dataset.string() + " stand where they say");
   return {.compression = job.compression,
+          .color_client = job.color_client,
           .normals = job.normals,
-          .metres_per_unit = job.metres_per_unit.value_or(frame.metres_per_unit),
-          .geocentric = frame.geocentric,
+          .unit_m = units_of(facts, job.metres_per_unit),
+          .geocentric = geocentric,
           .place = job.place,
-          .crs = formats::crs_name(records)};
+          .crs = facts.name};
 }
 
 /// The finished folder takes its place.
@@ -149,7 +163,8 @@ TilesResult make_tiles(const TilesJob& job, const std::function<formats::Dataset
   if (job.force) require_tiles_or_nothing(output);
   const fs::path page = job.page ? page_folder() : fs::path();
   const auto dataset = open();
-  const stages::TilesOptions options = options_of(job, dataset);
+  const formats::CrsFacts facts = facts_of(job, dataset);
+  const stages::TilesOptions options = options_of(job, facts);
   const stages::Context context{.threads = job.threads,
                                 .memory_bytes = memory_budget(0, machine_memory_bytes()),
                                 .make_array = {},
@@ -159,7 +174,8 @@ TilesResult make_tiles(const TilesJob& job, const std::function<formats::Dataset
   const fs::path folder = work.path() / "new";
   const stages::TileSink sink = sink_into(folder);
   TilesResult result{.tiles = stages::export_tiles(context, dataset, options, sink),
-                     .metres_per_unit = options.metres_per_unit};
+                     .unit_m = options.unit_m,
+                     .unit_is_told = job.metres_per_unit || facts.unit_m || options.geocentric};
   if (job.page)
     for (const char* file : kPageFiles) sink(file, read_whole(page / file));
   result.check = stages::check_tiles(context, source_from(folder), dataset.header().points,

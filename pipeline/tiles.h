@@ -1,6 +1,7 @@
 // 3D Tiles with a page to look at them, as a folder for any static web server.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -18,11 +19,12 @@ struct TilesJob {
   std::filesystem::path dataset;  ///< or its address; for messages
   std::filesystem::path output;
   formats::TileCompression compression = formats::TileCompression::kMeshopt;
+  formats::ColorClient color_client = formats::ColorClient::kAny;
   bool normals = false;
   std::optional<formats::GeographicPlace> place;
-  std::optional<double>
-      metres_per_unit;  ///< nothing: what the coordinate reference system tells, else 1
-  bool page = true;     ///< whether index.html and its script stand beside
+  /// Of all axes; nothing: what the coordinate reference system tells of each, else 1.
+  std::optional<double> metres_per_unit;
+  bool page = true;  ///< whether index.html and its script stand beside
   bool force = false;
   unsigned threads = 1;
 };
@@ -30,7 +32,8 @@ struct TilesJob {
 struct TilesResult {
   stages::TilesReport tiles;
   stages::TilesCheck check;
-  double metres_per_unit = 1;
+  std::array<double, 3> unit_m{1, 1, 1};
+  bool unit_is_told = true;  ///< else the coordinates were taken as metres
 };
 
 /// Opens the dataset, makes the folder beside its place, checks it from its files alone, and gives it its name in one step. With `force` what

@@ -9,6 +9,7 @@
 #include "formats/bytes.h"
 #include "formats/scans/attribute_naming.h"
 #include "formats/scans/crs.h"
+#include "formats/scans/epsg_unit.h"
 #include "formats/scans/wkt.h"
 
 namespace cairn::formats {
@@ -172,6 +173,16 @@ void add_geo_keys(const std::map<std::uint16_t, double>& keys, CrsFacts& facts) 
     if (!facts.code && defines(key)) add_number(fmt::format("geotiff_{}", key), number, facts);
 }
 
+/// Where no unit is told, codes tell it.
+void add_units_of_codes(CrsFacts& facts) {
+  const auto short_code = [](std::optional<std::uint32_t> code) {
+    return static_cast<std::uint16_t>(code.value_or(0) <= UINT16_MAX ? code.value_or(0) : 0);
+  };
+  if (!facts.unit_m) facts.unit_m = epsg_unit_m(short_code(facts.code));
+  if (!facts.vertical_unit_m)
+    facts.vertical_unit_m = epsg_height_unit_m(short_code(facts.vertical_code));
+}
+
 std::string named(const CrsFacts& facts) {
   const std::string code = facts.code ? fmt::format("EPSG:{}", *facts.code) : "";
   if (code.empty() || facts.name == code) return facts.name;
@@ -219,6 +230,7 @@ CrsFacts crs_facts(std::span<const VariableLengthRecord> records) {
   if (const auto wkt = wkt_of(records))
     if (const auto node = parse_wkt(*wkt)) add_wkt(*node, facts);
   add_geo_keys(geo_keys(records), facts);
+  add_units_of_codes(facts);
   return facts;
 }
 

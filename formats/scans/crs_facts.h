@@ -1,5 +1,5 @@
 // What the records of a coordinate reference system tell, as far as it decides whether points of two scans lie in the
-// same one: codes, units, and the numbers of the projection. There is no database of systems behind it.
+// same one: codes, units, and the numbers of the projection. Of the registry of systems it knows kinds and units alone.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ struct CrsFacts {
   friend bool operator==(const CrsFacts&, const CrsFacts&) = default;
 };
 
-/// Of WKT, and what that does not tell of GeoTIFF keys. What is damaged tells nothing.
+/// Of WKT, and what that does not tell of GeoTIFF keys; units that neither tells, of the EPSG codes. What is damaged tells
+/// nothing.
 CrsFacts crs_facts(std::span<const VariableLengthRecord> records);
 
 /// "metre", "foot", "US survey foot", else "0.9144 m".

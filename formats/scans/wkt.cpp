@@ -15,15 +15,25 @@ constexpr int kMostDepth = 32;
 
 /// OGC 01-009 and ISO 19162:2019, which has a long form of most keywords.
 constexpr std::array<std::pair<std::string_view, WktSystem>, 19> kSystems{{
-    {"PROJCS", WktSystem::kProjected},         {"PROJCRS", WktSystem::kProjected},
-    {"PROJECTEDCRS", WktSystem::kProjected},   {"DERIVEDPROJCRS", WktSystem::kProjected},
-    {"GEOGCS", WktSystem::kGeographic},        {"GEOGCRS", WktSystem::kGeographic},
-    {"GEOGRAPHICCRS", WktSystem::kGeographic}, {"GEOCCS", WktSystem::kGeocentric},
-    {"GEODCRS", WktSystem::kGeodetic},         {"GEODETICCRS", WktSystem::kGeodetic},
-    {"VERT_CS", WktSystem::kVertical},         {"VERTCRS", WktSystem::kVertical},
-    {"VERTICALCRS", WktSystem::kVertical},     {"COMPD_CS", WktSystem::kCompound},
-    {"COMPOUNDCRS", WktSystem::kCompound},     {"BOUNDCRS", WktSystem::kBound},
-    {"LOCAL_CS", WktSystem::kLocal},           {"ENGCRS", WktSystem::kLocal},
+    {"PROJCS", WktSystem::kProjected},
+    {"PROJCRS", WktSystem::kProjected},
+    {"PROJECTEDCRS", WktSystem::kProjected},
+    {"DERIVEDPROJCRS", WktSystem::kProjected},
+    {"GEOGCS", WktSystem::kGeographic},
+    {"GEOGCRS", WktSystem::kGeographic},
+    {"GEOGRAPHICCRS", WktSystem::kGeographic},
+    {"GEOCCS", WktSystem::kGeocentric},
+    {"GEODCRS", WktSystem::kGeodetic},
+    {"GEODETICCRS", WktSystem::kGeodetic},
+    {"VERT_CS", WktSystem::kVertical},
+    {"VERTCRS", WktSystem::kVertical},
+    {"VERTICALCRS", WktSystem::kVertical},
+    {"VERTCS", WktSystem::kVertical},
+    {"COMPD_CS", WktSystem::kCompound},
+    {"COMPOUNDCRS", WktSystem::kCompound},
+    {"BOUNDCRS", WktSystem::kBound},
+    {"LOCAL_CS", WktSystem::kLocal},
+    {"ENGCRS", WktSystem::kLocal},
     {"ENGINEERINGCRS", WktSystem::kLocal},
 }};
 
@@ -37,11 +47,14 @@ class Parser {
   explicit Parser(std::string_view text) : rest_(text) {}
 
   std::optional<WktNode> run() {
-    WktNode node;
+    WktNode all{.keyword = "COMPD_CS", .texts = {}, .numbers = {}, .children = {}};
+    do {
+      skip_space();
+      if (!read_node(word(), all.children.emplace_back(), 1)) return std::nullopt;
+    } while (take(',', ','));
     skip_space();
-    if (!read_node(word(), node, 0)) return std::nullopt;
-    skip_space();
-    return rest_.empty() ? std::optional(std::move(node)) : std::nullopt;
+    if (!rest_.empty()) return std::nullopt;
+    return all.children.size() == 1 ? std::move(all.children.front()) : std::move(all);
   }
 
  private:

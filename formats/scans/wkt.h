@@ -42,7 +42,8 @@ std::optional<WktSystem> wkt_system(std::string_view keyword);
 /// As above, but a geodetic system is told to be geographic or geocentric.
 std::optional<WktSystem> wkt_system(const WktNode& node);
 
-/// Nothing for a text that is none, is nested more than 32 deep or is longer than 1 MiB.
+/// Of several systems in a row, as ESRI writes one of positions and one of heights, a compound one. Nothing for a text that
+/// is none, is nested more than 32 deep or is longer than 1 MiB.
 std::optional<WktNode> parse_wkt(std::string_view text);
 
 }  // namespace cairn::formats

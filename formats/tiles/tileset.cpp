@@ -65,7 +65,9 @@ Json json_of(const Tile& tile) {
 Json json_of(const TilesetOrigin& origin) {
   return {{"origin", origin.world},
           {"metresPerUnit", origin.metres_per_unit},
+          {"metresPerHeightUnit", origin.metres_per_height_unit},
           {"crs", origin.crs.empty() ? Json() : Json(origin.crs)},
+          {"colorsFor", name_of(origin.colors_for)},
           {"points", origin.points}};
 }
 
@@ -120,9 +122,13 @@ Tile tile_of(const Json& json, int depth) {
 }
 
 TilesetOrigin origin_of(const Json& json) {
-  TilesetOrigin origin{.metres_per_unit = number(json.at("metresPerUnit")),
-                       .crs = json.at("crs").is_null() ? "" : json.at("crs").get<std::string>(),
-                       .points = json.at("points").get<std::uint64_t>()};
+  TilesetOrigin origin{
+      .metres_per_unit = number(json.at("metresPerUnit")),
+      .metres_per_height_unit = number(json.at("metresPerHeightUnit")),
+      .crs = json.at("crs").is_null() ? "" : json.at("crs").get<std::string>(),
+      .colors_for =
+          color_client_named(json.at("colorsFor").get<std::string>()).value_or(ColorClient::kAny),
+      .points = json.at("points").get<std::uint64_t>()};
   for (std::size_t i = 0; i < 3; ++i) origin.world[i] = number(json.at("origin").at(i));
   return origin;
 }
@@ -152,7 +158,8 @@ std::string write_tileset(const Tileset& tileset) {
   told["geometricError"] = tileset.geometric_error;
   told["root"] = json_of(tileset.root);
   if (tileset.transform) told["root"]["transform"] = *tileset.transform;
-  return told.dump(1) + "\n";
+  // The name of a coordinate system has the bytes that its scan has.
+  return told.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::optional<DecodeError> read_tileset(std::string_view text, Tileset& tileset) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/tiles/linear_color.h"
 
 namespace cairn::formats {
 
@@ -44,8 +45,9 @@ struct Tile {
 struct TilesetOrigin {
   /// World coordinates, in the units of the scans, of the origin of the tiles' frame.
   std::array<double, 3> world{0, 0, 0};
-  double metres_per_unit = 1;
+  double metres_per_unit = 1, metres_per_height_unit = 1;
   std::string crs;  ///< name of the coordinate reference system; empty if none is known
+  ColorClient colors_for = ColorClient::kAny;
   std::uint64_t points = 0;
   friend bool operator==(const TilesetOrigin&, const TilesetOrigin&) = default;
 };

@@ -30,20 +30,31 @@ formats::GeographicPlace place_of(const std::string& text) {
   return {numbers[0], numbers[1], numbers.size() == 3 ? numbers[2] : 0};
 }
 
+std::string units_of(const TilesResult& result) {
+  if (!result.unit_is_told) return "coordinates were taken as metres: nothing tells their unit";
+  std::string text = fmt::format("a unit of the dataset is {} m", significant(result.unit_m[0], 8));
+  if (result.unit_m[2] != result.unit_m[0])
+    text += fmt::format(", one of height {} m", significant(result.unit_m[2], 8));
+  return text;
+}
+
 std::string text_of(const TilesResult& result, const TilesJob& job) {
   const stages::TilesReport& tiles = result.tiles;
   std::string text = fmt::format(
       "{}: {} in {}, {}\n"
-      "  {}, {:.2f} bytes a point; a unit of the dataset is {} m\n"
+      "  {}, {:.2f} bytes a point; {}\n"
       "  checked from the files: points in their tiles' boxes, boxes in their parents', falling "
       "errors, counts\n",
       job.output.string(), count_of(tiles.tiles, "tile"), count_of(tiles.tilesets, "tileset"),
       count_of(tiles.points, "point"), human_bytes(tiles.content_bytes + tiles.tileset_bytes),
       static_cast<double>(tiles.content_bytes) / static_cast<double>(tiles.points),
-      significant(result.metres_per_unit, 8));
-  if (!tiles.left_out.empty())
+      units_of(result));
+  std::vector<std::string> left_out = tiles.left_out;
+  if (!job.normals && std::erase(left_out, formats::attribute_name::kNormal) > 0)
+    text += "  normals are left out; --normals writes them\n";
+  if (!left_out.empty())
     text += fmt::format("  left out, as coarse levels do not have them or glTF cannot: {}\n",
-                        fmt::join(tiles.left_out, ", "));
+                        fmt::join(left_out, ", "));
   if (job.page) text += "  serve this folder by any web server and open index.html\n";
   return text;
 }
@@ -65,14 +76,20 @@ TilesExport::TilesExport(CLI::App& parser)
           ->option_text("LON,LAT[,HEIGHT]"),
       parser
           .add_option("--metres-per-unit", metres_per_unit_,
-                      "3dtiles: length of a unit of the coordinates [as the coordinate reference "
-                      "system tells, else 1]")
+                      "3dtiles: metres in a unit of all coordinates [as the coordinate reference "
+                      "system tells of each, else 1]")
           ->option_text("NUMBER")
           ->check(CLI::PositiveNumber),
+      parser
+          .add_option("--colors-for", colors_for_,
+                      "3dtiles: any client, or cesiumjs, whose dark colors are a little off "
+                      "otherwise [any]")
+          ->option_text("CLIENT")
+          ->check(CLI::IsMember({"any", "cesiumjs"})),
       parser.add_flag("--normals", normals_,
                       "3dtiles: write normals; clients then shade the points"),
-      parser.add_flag("--no-page", no_page_, "3dtiles: leave out index.html and its script")};
-  add_threads_flag(parser, threads_);
+      parser.add_flag("--no-page", no_page_, "3dtiles: leave out index.html and its script"),
+      add_threads_flag(parser, threads_, "3dtiles: ")};
 }
 
 void TilesExport::refuse_flags(const std::string& format) const {
@@ -84,6 +101,7 @@ void TilesExport::refuse_flags(const std::string& format) const {
 void TilesExport::run(const std::function<formats::DatasetReader()>& open, TilesJob job,
                       const std::string& progress_mode, const std::stop_token& stop) const {
   if (compression_ == "none") job.compression = formats::TileCompression::kNone;
+  job.color_client = formats::color_client_named(colors_for_).value();
   job.normals = normals_;
   job.page = !no_page_;
   job.threads = threads_;

@@ -30,6 +30,7 @@ class TilesExport {
  private:
   std::vector<CLI::Option*> flags_;
   std::string compression_ = "meshopt";
+  std::string colors_for_ = "any";
   std::string place_;
   double metres_per_unit_ = 0;
   bool normals_ = false;

@@ -58,8 +58,8 @@ void add_progress_flag(CLI::App& parser, std::string& mode) {
           std::vector<std::string>(kProgressModeNames.begin(), kProgressModeNames.end())));
 }
 
-void add_threads_flag(CLI::App& parser, unsigned& threads) {
-  parser.add_option("--threads", threads, "workers [one a processor]")
+CLI::Option* add_threads_flag(CLI::App& parser, unsigned& threads, const std::string& whose) {
+  return parser.add_option("--threads", threads, whose + "workers [one a processor]")
       ->option_text("COUNT")
       ->check(CLI::Range(1U, 1024U));
 }

@@ -26,8 +26,8 @@ Flag declare_flag(CLI::App& parser, const Setting& setting);
 void add_progress_flag(CLI::App& parser, std::string& mode);
 
 /// Adds --threads to a command that has no other setting in common with a build; `threads` holds the default, one a
-/// processor, and must outlive the parser.
-void add_threads_flag(CLI::App& parser, unsigned& threads);
+/// processor, and must outlive the parser. `whose` begins its help.
+CLI::Option* add_threads_flag(CLI::App& parser, unsigned& threads, const std::string& whose = {});
 
 /// The values of those flags that were given.
 SettingLayer given_flags(const std::vector<Flag>& flags);

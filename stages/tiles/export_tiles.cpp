@@ -1,5 +1,6 @@
 #include "stages/tiles/export_tiles.h"
 
+#include <algorithm>
 #include <atomic>
 
 #include "formats/error.h"
@@ -16,9 +17,9 @@ using formats::NodeId;
 
 TileFrame frame_of(const DatasetReader& dataset, const TilesOptions& options) {
   const formats::GridBox& box = dataset.record(NodeId{0}).box;
-  TileFrame frame{.metres_per_unit = options.metres_per_unit};
+  TileFrame frame{.metres_per_unit = *std::ranges::max_element(options.unit_m)};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    frame.step_m[axis] = dataset.header().grid.step[axis] * options.metres_per_unit;
+    frame.step_m[axis] = dataset.header().grid.step[axis] * options.unit_m[axis];
     const bool on_the_ground = axis == 2 && !options.geocentric;
     const std::uint32_t span = box.span(static_cast<int>(axis));
     frame.origin[axis] =
@@ -33,12 +34,16 @@ formats::Tileset root_of(const DatasetReader& dataset, const TileFrame& frame,
   formats::Tileset root;
   const formats::WorldPoint origin = dataset.header().grid.world(frame.origin);
   root.origin = {.world = origin,
-                 .metres_per_unit = options.metres_per_unit,
+                 .metres_per_unit = options.unit_m[0],
+                 .metres_per_height_unit = options.unit_m[2],
                  .crs = options.crs,
+                 .colors_for = options.color_client,
                  .points = dataset.header().points};
-  if (options.geocentric)
-    root.transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, origin[0], origin[1], origin[2], 1};
-  else if (options.place)
+  if (options.geocentric) {
+    root.transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      (*root.transform)[12 + axis] = origin[axis] * options.unit_m[axis];
+  } else if (options.place)
     root.transform = formats::east_north_up(*options.place);
   return root;
 }
@@ -83,7 +88,7 @@ TilesReport export_tiles(const Context& context, const DatasetReader& dataset,
     formats::throw_usage("only datasets whose nodes replace their parents become 3D Tiles");
   if (context.progress != nullptr) context.progress->begin("tiles", stored_points(dataset));
   const TileFrame frame = frame_of(dataset, options);
-  const TileContentMaker maker(dataset, frame, options.normals);
+  const TileContentMaker maker(dataset, frame, options.normals, options.color_client);
   TilesReport report{.tiles = dataset.tree().node_count(),
                      .left_out = maker.left_out(),
                      .worker_bytes = maker.working_bytes()};

@@ -2,6 +2,7 @@
 // parents. The files are told in formats/tiles/.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,15 +14,17 @@
 #include "formats/dataset/dataset_reader.h"
 #include "formats/tiles/earth.h"
 #include "formats/tiles/glb.h"
+#include "formats/tiles/linear_color.h"
 #include "stages/context.h"
 
 namespace cairn::stages {
 
 struct TilesOptions {
   formats::TileCompression compression = formats::TileCompression::kMeshopt;
-  bool normals = false;        ///< write them, if there are any: clients then shade the points
-  double metres_per_unit = 1;  ///< tiles are in metres; > 0
-  bool geocentric = false;     ///< coordinates are Earth-centred: tiles stand where they say
+  formats::ColorClient color_client = formats::ColorClient::kAny;
+  bool normals = false;  ///< write them, if there are any: clients then shade the points
+  std::array<double, 3> unit_m{1, 1, 1};  ///< metres in a unit of each axis; > 0
+  bool geocentric = false;  ///< coordinates are Earth-centred: tiles stand where they say
   std::optional<formats::GeographicPlace>
       place;        ///< where the others stand; nothing: in a frame of their own
   std::string crs;  ///< a name, to be told

@@ -8,7 +8,6 @@
 #include "formats/dataset/quantize.h"
 #include "formats/scalar_value.h"
 #include "formats/tiles/glb_names.h"
-#include "formats/tiles/linear_color.h"
 
 namespace cairn::stages {
 namespace {
@@ -60,11 +59,11 @@ formats::TileBox tile_box(const TileFrame& frame, const formats::GridBox& box) {
 }
 
 TileContentMaker::TileContentMaker(const formats::DatasetReader& dataset, const TileFrame& frame,
-                                   bool normals)
+                                   bool normals, formats::ColorClient color_client)
     : dataset_(dataset), frame_(frame) {
   sections_.set(formats::kPositionSection).set(formats::kRadiusSection);
   choose_columns(normals);
-  if (color_) color_bits_ = bits_of_color();
+  if (color_) linear_.emplace(bits_of_color(), color_client);
 }
 
 void TileContentMaker::choose_columns(bool normals) {
@@ -159,7 +158,7 @@ TileColumn TileContentMaker::color_column(const NodeData& node) const {
     const std::uint16_t value =
         color_component(&node.attributes[*color_][i * width], attribute.type);
     formats::store_le(&column.values[i / 3 * column.stride_bytes() + i % 3 * 2],
-                      formats::linear_of_srgb(value, color_bits_));
+                      linear_->of(value));
   }
   return column;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
+#include "formats/tiles/linear_color.h"
 #include "formats/tiles/tile_points.h"
 #include "formats/tiles/tileset.h"
 
@@ -17,7 +18,8 @@ namespace cairn::stages {
 
 /// The frame that all tiles share: metres = step_m * (grid position - origin), x and y as in the dataset, z up.
 struct TileFrame {
-  double metres_per_unit = 1;
+  double metres_per_unit =
+      1;  ///< of the axis whose unit is the longest: bounds lengths in any direction
   std::array<double, 3> step_m{1, 1, 1};  ///< metres a grid step
   formats::GridPoint origin{0, 0, 0};
 
@@ -42,7 +44,8 @@ class TileContentMaker {
  public:
   /// `normals`: whether to write them, if the dataset has any. Reads the root's colours, to tell 8-bit colours in 16-bit
   /// fields.
-  TileContentMaker(const formats::DatasetReader& dataset, const TileFrame& frame, bool normals);
+  TileContentMaker(const formats::DatasetReader& dataset, const TileFrame& frame, bool normals,
+                   formats::ColorClient color_client);
 
   /// Any number of threads at a time.
   TileContent make(formats::NodeId id) const;
@@ -69,7 +72,7 @@ class TileContentMaker {
   std::optional<std::size_t> color_, normal_;  ///< indices into the schema
   std::vector<std::size_t> properties_;
   std::vector<std::string> left_out_;
-  unsigned color_bits_ = 8;
+  std::optional<formats::LinearColors> linear_;  ///< if there are colours
 };
 
 }  // namespace cairn::stages

@@ -31,10 +31,11 @@ class TilesetMaker {
         errors_(geometric_errors(dataset, frame, measures)),
         levels_(levels_a_tileset(tree_.fanout())) {}
 
-  /// The levels on which files begin.
+  /// The levels on which files begin. Of a leaf there is nothing that a file of its own could keep for later.
   std::vector<Level> first_levels() const {
-    std::vector<Level> levels;
-    for (Level level = 0; level <= tree_.leaf_level(); level += levels_) levels.push_back(level);
+    std::vector<Level> levels{0};
+    for (Level level = levels_; level < tree_.leaf_level(); level += levels_)
+      levels.push_back(level);
     return levels;
   }
 
@@ -50,7 +51,7 @@ class TilesetMaker {
   /// NOLINTNEXTLINE(misc-no-recursion): as deep as the tree
   Tile tile(NodeId id, Level end, const std::filesystem::path& folder) const {
     const Level level = tree_.level_of(id);
-    const bool elsewhere = level == end;
+    const bool elsewhere = level == end && !tree_.is_leaf(id);
     const std::string path =
         tile_path(level, tree_.index_on_level(id), elsewhere ? ".json" : ".glb");
     Tile made{.box = tile_box(frame_, dataset_.record(id).box),

@@ -108,11 +108,35 @@ TEST_F(ExportTiles, UnitsAndKindsComeFromTheReferenceSystem) {
   ASSERT_EQ(export_tiles().exit_code, 0);
   EXPECT_EQ(tileset().at("asset").at("extras").at("cairn").at("metresPerUnit"), 0.3048);
   fs::remove_all(output());
-  build_wavy(2000, {"--crs", R"(GEOCCS["WGS 84",DATUM["d"],UNIT["metre",1]])"});
+  // Feet across, metres up.
+  build_wavy(2000, {"--crs", R"(COMPD_CS["x",PROJCS["p",GEOGCS["g"],UNIT["foot",0.3048]],)"
+                             R"(VERT_CS["v",VERT_DATUM["d"],UNIT["metre",1]]])"});
+  ASSERT_EQ(export_tiles({"--force"}).exit_code, 0);
+  const Json mixed = tileset().at("root").at("boundingVolume").at("box");
+  const Json extent = info().at("bounds");
+  for (std::size_t a = 0; a < 3; ++a)
+    EXPECT_NEAR(2 * mixed.at(3 + 4 * a).get<double>(),
+                (a < 2 ? 0.3048 : 1) *
+                    (extent.at("max").at(a).get<double>() - extent.at("min").at(a).get<double>()),
+                0.002)
+        << a;
+  EXPECT_EQ(tileset().at("asset").at("extras").at("cairn").at("metresPerHeightUnit"), 1);
+  // A code alone tells the unit as well: North Carolina, in US survey feet.
+  fs::remove_all(output());
+  build_wavy(2000, {"--crs", "EPSG:2264"});
+  ASSERT_EQ(export_tiles({"--force"}).exit_code, 0);
+  EXPECT_DOUBLE_EQ(tileset().at("asset").at("extras").at("cairn").at("metresPerUnit").get<double>(),
+                   1200. / 3937);
+  fs::remove_all(output());
+  build_wavy(2000);
+  EXPECT_THAT(export_tiles({"--force"}).out, HasSubstr("nothing tells their unit"));
+  fs::remove_all(output());
+  build_wavy(2000, {"--crs", R"(GEOCCS["WGS 84",DATUM["d"],UNIT["kilometre",1000]])"});
   ASSERT_EQ(export_tiles({"--force"}).exit_code, 0);
   const Json origin = tileset().at("asset").at("extras").at("cairn").at("origin");
   for (std::size_t a = 0; a < 3; ++a)
-    EXPECT_EQ(tileset().at("root").at("transform").at(12 + a), origin.at(a));
+    EXPECT_EQ(tileset().at("root").at("transform").at(12 + a).get<double>(),
+              1000 * origin.at(a).get<double>());
   expect_refused({"--force", "--place", "0,0"}, 2, "--place");
   fs::remove_all(output());
   build_wavy(2000, {"--crs", "EPSG:4326"});

@@ -98,6 +98,24 @@ TEST(CrsFacts, OfWktOne) {
   EXPECT_EQ(facts.numbers.at("inverse_flattening"), 298.257222101);
 }
 
+TEST(CrsFacts, OfTwoSystemsInARow) {
+  const CrsFacts facts =
+      crs_facts(wkt(utm(10, kMetre, "") +
+                    ",VERTCS[\"NAVD_1988\",VDATUM[\"North_American\"],"
+                    "PARAMETER[\"Vertical_Shift\",0.0],UNIT[\"Foot_US\",0.3048006096012192]]"));
+  EXPECT_EQ(facts.kind, CrsKind::kProjected);
+  EXPECT_EQ(facts.unit_m, 1);
+  EXPECT_EQ(unit_name(facts.vertical_unit_m.value()), "US survey foot");
+}
+
+TEST(CrsFacts, CodesTellUnitsThatNothingElseDoes) {
+  const CrsFacts feet = crs_facts(keys({{1024, 1}, {3072, 2264}, {4096, 6360}}));
+  EXPECT_EQ(feet.unit_m, 1200.0 / 3937);
+  EXPECT_EQ(feet.vertical_unit_m, 1200.0 / 3937);
+  EXPECT_EQ(crs_facts(keys({{1024, 1}, {3072, 2264}, {3076, 9001}})).unit_m, 1);
+  EXPECT_EQ(crs_facts(keys({{1024, 2}, {2048, 4326}})).unit_m, std::nullopt);
+}
+
 TEST(CrsFacts, OfWktTwo) {
   const CrsFacts facts = crs_facts(
       wkt("PROJCRS[\"WGS 84 / UTM zone 33N\",BASEGEOGCRS[\"WGS 84\",DATUM[\"World Geodetic System "

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -174,12 +175,13 @@ double by_srgb(std::uint16_t stored) {
 double by_power(std::uint16_t stored) { return 255 * std::pow(stored / 65535.0, 1 / 2.2); }
 
 TEST(LinearColor, IsShownAsItWas) {
+  const std::array any{LinearColors(8, ColorClient::kAny), LinearColors(16, ColorClient::kAny)};
   for (unsigned value = 0; value < 65536; ++value) {
     const bool narrow = value % 257 == 0;
     const double wanted = value / 257.0;
     for (const unsigned bits : narrow ? std::vector<unsigned>{8, 16} : std::vector<unsigned>{16}) {
       const std::uint16_t stored =
-          linear_of_srgb(static_cast<std::uint16_t>(bits == 8 ? value / 257 : value), bits);
+          any[bits == 16].of(static_cast<std::uint16_t>(bits == 8 ? value / 257 : value));
       // Screens round to 8 bits; between these, values are compared as they are.
       const auto off = [&](double seen) {
         return std::abs((bits == 8 ? std::round(seen) : seen) - wanted);
@@ -191,11 +193,26 @@ TEST(LinearColor, IsShownAsItWas) {
       }
     }
   }
-  EXPECT_EQ(linear_of_srgb(0, 8), 0);
-  EXPECT_EQ(linear_of_srgb(0, 16), 0);
-  EXPECT_EQ(linear_of_srgb(255, 8), 65535);
-  EXPECT_EQ(linear_of_srgb(65535, 16), 65535);
-  EXPECT_EQ(linear_of_srgb(300, 8), 65535);  // brighter than 8 bits tell
+}
+
+TEST(LinearColor, IsShownByCesiumAsItWasWhereItIsMadeForIt) {
+  const LinearColors narrow(8, ColorClient::kCesium), wide(16, ColorClient::kCesium);
+  // Below 2 of 255, linear values of 16 bits are coarse: 1 is shown as 0.
+  for (unsigned value = 2; value < 256; ++value)
+    EXPECT_EQ(std::round(by_power(narrow.of(static_cast<std::uint16_t>(value)))), value);
+  for (unsigned value = 2 * 257; value < 65536; ++value)
+    EXPECT_NEAR(by_power(wide.of(static_cast<std::uint16_t>(value))), value / 257.0, 0.5) << value;
+}
+
+TEST(LinearColor, BlackAndWhiteAreExact) {
+  for (const ColorClient client : {ColorClient::kAny, ColorClient::kCesium}) {
+    const LinearColors narrow(8, client), wide(16, client);
+    EXPECT_EQ(narrow.of(0), 0);
+    EXPECT_EQ(wide.of(0), 0);
+    EXPECT_EQ(narrow.of(255), 65535);
+    EXPECT_EQ(wide.of(65535), 65535);
+    EXPECT_EQ(narrow.of(300), 65535);  // brighter than 8 bits tell
+  }
 }
 
 Tileset small_tileset() {
@@ -213,7 +230,12 @@ Tileset small_tileset() {
 TEST(TilesetJson, ComesBackAsItWas) {
   Tileset tileset = small_tileset(), back;
   tileset.transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 6378137, 1e-3, 3, 1};
-  tileset.origin = {.world = {5e5, 4e6, 0.1}, .metres_per_unit = 0.3048, .crs = "x", .points = 27};
+  tileset.origin = {.world = {5e5, 4e6, 0.1},
+                    .metres_per_unit = 0.3048,
+                    .metres_per_height_unit = 1.25,
+                    .crs = "x",
+                    .colors_for = ColorClient::kCesium,
+                    .points = 27};
   ASSERT_FALSE(read_tileset(write_tileset(tileset), back));
   EXPECT_TRUE(back == tileset);
   const Json json = Json::parse(write_tileset(tileset));
@@ -256,53 +278,6 @@ TEST(Earth, PlacesAreWherePublished) {
       for (std::size_t i = 0; i < 3; ++i) dot += sea[4 * a + i] * sea[4 * b + i];
       EXPECT_NEAR(dot, a == b ? 1 : 0, 1e-15);
     }
-}
-
-CrsFrame frame_of_wkt(std::string_view text) {
-  VariableLengthRecord record{.user_id = "LASF_Projection", .record_id = 2112};
-  for (const char c : text) record.data.push_back(static_cast<std::byte>(c));
-  return crs_frame(std::span(&record, 1));
-}
-
-CrsFrame frame_of_keys(const std::vector<std::uint16_t>& words) {
-  VariableLengthRecord record{.user_id = "LASF_Projection", .record_id = 34735};
-  record.data.resize(2 * words.size());
-  std::memcpy(record.data.data(), words.data(), record.data.size());
-  return crs_frame(std::span(&record, 1));
-}
-
-TEST(CrsFrame, UnitsAndKindsOfWkt) {
-  const CrsFrame feet = frame_of_wkt(
-      R"(COMPD_CS["x, UNIT[\"no\",9]",PROJCS["p",GEOGCS["g",DATUM["d",SPHEROID["s",6378137,298.25]],)"
-      R"(UNIT["degree",0.0174532925199433]],PARAMETER["false_easting",1312335.958],UNIT["foot",0.3048],)"
-      R"(AXIS["X",EAST]],VERT_CS["v",UNIT["metre",1]]])");
-  EXPECT_EQ(feet.metres_per_unit, 0.3048);
-  EXPECT_FALSE(feet.geocentric || feet.geographic);
-  const CrsFrame second = frame_of_wkt(
-      R"(PROJCRS["p",BASEGEOGCRS["g",DATUM["d",ELLIPSOID["e",6378137,298.25,LENGTHUNIT["metre",1]]]],)"
-      R"(CONVERSION["c",PARAMETER["f",1,LENGTHUNIT["metre",1]]],CS[Cartesian,2],AXIS["e",east,ORDER[1],)"
-      R"(LENGTHUNIT["US survey foot",0.304800609601219]],AXIS["n",north,LENGTHUNIT["US survey foot",0.304800609601219]]])");
-  EXPECT_EQ(second.metres_per_unit, 0.304800609601219);
-  EXPECT_TRUE(
-      frame_of_wkt(R"(GEOCCS["WGS 84",DATUM["d"],UNIT["metre",1],AXIS["X",OTHER]])").geocentric);
-  EXPECT_TRUE(frame_of_wkt(R"(GEODCRS["WGS 84",DATUM["d"],CS[Cartesian,3],AXIS["X",geocentricX]])")
-                  .geocentric);
-  EXPECT_TRUE(frame_of_wkt(R"(GEODCRS["WGS 84",DATUM["d"],CS[ellipsoidal,3]])").geographic);
-  const CrsFrame degrees =
-      frame_of_wkt(R"(GEOGCS["WGS 84",DATUM["d"],UNIT["degree",0.0174532925199433]])");
-  EXPECT_TRUE(degrees.geographic);
-  EXPECT_EQ(degrees.metres_per_unit, 1);
-  EXPECT_EQ(frame_of_wkt("PROJCS[\"").metres_per_unit, 1);
-  EXPECT_EQ(crs_frame({}).metres_per_unit, 1);
-}
-
-TEST(CrsFrame, UnitsAndKindsOfGeoKeys) {
-  EXPECT_EQ(frame_of_keys({1, 1, 0, 2, 1024, 0, 1, 1, 3076, 0, 1, 9002}).metres_per_unit, 0.3048);
-  EXPECT_DOUBLE_EQ(frame_of_keys({1, 1, 0, 1, 3076, 0, 1, 9003}).metres_per_unit, 1200. / 3937);
-  EXPECT_EQ(frame_of_keys({1, 1, 0, 1, 3076, 0, 1, 9001}).metres_per_unit, 1);
-  EXPECT_TRUE(frame_of_keys({1, 1, 0, 1, 1024, 0, 1, 3}).geocentric);
-  EXPECT_TRUE(frame_of_keys({1, 1, 0, 1, 1024, 0, 1, 2}).geographic);
-  EXPECT_FALSE(frame_of_keys({1, 1, 0}).geocentric);
 }
 
 }  // namespace

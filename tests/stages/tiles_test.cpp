@@ -149,7 +149,15 @@ TEST_F(TilesTest, LargeTreesGoOnInOtherFiles) {
            (at = text_of(bytes).find("\"boundingVolume\"", at)) != std::string::npos; ++at)
         ++tiles;
       EXPECT_LE(tiles, 2048U);
+      EXPECT_FALSE(tileset_of(files, path).root.children.empty()) << path;
     }
+}
+
+TEST_F(TilesTest, LeavesNeedNoFileOfTheirOwn) {
+  build(2, 4, 4096);  // 2^10 leaves: a file holds 2^11 - 1 tiles
+  ASSERT_EQ(dataset_->tree().leaf_level(), 10U);
+  check(export_all());
+  EXPECT_EQ(report_.tilesets, 1U);
 }
 
 TEST_F(TilesTest, LevelsAFileFollowTheSumOfTiles) {

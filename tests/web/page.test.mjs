@@ -45,9 +45,11 @@ async function openTiles(context, tiles, size) {
   };
 }
 
+const FLAGS = { geocentric: ['--colors-for', 'cesiumjs'] };
+
 for (const [way, how] of Object.entries(WAYS))
   test(`patches, ${way}: colours, classes and intensities`, { timeout: 300000 }, (context) =>
-    testPatches(context, way, how),
+    testPatches(context, way, { ...how, flags: [...(how.flags ?? []), ...(FLAGS[way] ?? [])] }),
   );
 
 async function testPatches(context, way, how) {
@@ -73,13 +75,18 @@ async function testPatches(context, way, how) {
   const ends = await picture(page, `page_${way}_intensity`);
   assertColor(ends, await pixelsOf(0), [68, 1, 84], 'least intensity');
   assertColor(ends, await pixelsOf(PATCHES.length - 1), [253, 231, 37], 'greatest intensity');
+
+  // The patches are level, also where the z of their coordinates is the Earth's axis.
+  await set('mode', 'height');
+  const heights = await page.locator('#legend .ends span').allTextContents();
+  assert.deepEqual(heights, ['< 1 mm', '1.00 m']);
   finish();
 }
 
 test('a campaign is drawn on a budget, and its settings take effect', { timeout: 300000 }, async (context) => {
   const scans = sharedCampaign('campaign_autzen');
   if (!scans) return context.skip('no scans');
-  const folder = exportCampaign(context, 'autzen', scans, '--metres-per-unit', '0.3048');
+  const folder = exportCampaign(context, 'autzen', scans);
   const { page, settled, set, drawn, text, look, finish } = await openTiles(context, join(folder, 'autzen'), {
     width: 1280,
     height: 720,
@@ -126,6 +133,12 @@ test('a campaign is drawn on a budget, and its settings take effect', { timeout:
   await page.locator('#home').click();
   await settled();
   assert((await drawn()).bound >= close.bound);
+
+  // Inside the boxes of tiles.
+  await set('budget', 0); // 100,000
+  await look([center[0], center[1] - 0.01 * radius, center[2]], [center[0] + radius, center[1], center[2]]);
+  const inside = await drawn();
+  assert(inside.points <= 100_000, `${inside.points} points on 100,000`);
 
   // The panel folds on a narrow screen, and unfolds again.
   await page.setViewportSize({ width: 390, height: 780 });

@@ -1,12 +1,11 @@
 // A page that shows the 3D Tiles beside it: tileset.json and what that names.
-import { Color, Matrix4, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import { Color, LinearSRGBColorSpace, Matrix4, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
 import { MapControls } from 'three/addons/controls/MapControls.js';
-import { TilesRenderer } from '3d-tiles-renderer/three';
 import { GLTFExtensionsPlugin } from '3d-tiles-renderer/three/plugins';
 import { MeshoptDecoder } from 'meshoptimizer/decoder';
 import { frameOf } from './frame.js';
 import { Panel } from './panel.js';
-import { errorWithinBudget, factsOf, TileView } from './point_budget.js';
+import { BudgetedTiles, errorWithinBudget, factsOf, TileView } from './point_budget.js';
 import { MODES, pointMaterial, sharedUniforms } from './point_material.js';
 import { Relief } from './relief.js';
 import { middleRange } from './statistics.js';
@@ -23,7 +22,7 @@ class Page {
     (settings) => this.#apply(settings),
     () => this.home(),
   );
-  #tiles = new TilesRenderer(new URL('tileset.json', location.href).href);
+  #tiles = new BudgetedTiles(new URL('tileset.json', location.href).href);
   #frame = null; // of the root tileset, once it is there
   #settings = this.#panel.settings();
   #met = { ranges: { intensity: [0, 1], height: [0, 1] }, classes: [], levels: [] };
@@ -32,7 +31,9 @@ class Page {
 
   constructor() {
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.#scene.background = new Color(0x14181d).convertLinearToSRGB(); // shown as it is
+    // All that is drawn is in the colors of the screen already.
+    this.#renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.#scene.background = new Color(0x14181d).convertLinearToSRGB();
     this.#controls.enableDamping = true;
     this.#controls.dampingFactor = 0.12;
     this.#controls.zoomToCursor = true;
@@ -73,6 +74,7 @@ class Page {
       .decompose(this.#tiles.group.position, this.#tiles.group.quaternion, this.#tiles.group.scale);
     this.#tiles.group.updateMatrixWorld(true);
     const told = tileset.asset.extras?.cairn;
+    this.#uniforms.byPower.value = told?.colorsFor === 'cesiumjs';
     this.#panel.tellOrigin(told?.points ?? factsOf(tileset.root).points, told?.crs);
     this.home();
   }
@@ -94,7 +96,8 @@ class Page {
     if (geometry.hasAttribute('color')) available.add('color');
     if (geometry.hasAttribute('_intensity')) {
       available.add('intensity');
-      this.#met.ranges.intensity = middleRange(geometry.getAttribute('_intensity'));
+      const values = geometry.getAttribute('_intensity');
+      this.#met.ranges.intensity = middleRange(values.count, (i) => values.getX(i));
     }
     if (geometry.hasAttribute('_classification')) {
       available.add('classification');
@@ -103,14 +106,20 @@ class Page {
       for (let i = 0; i < values.count; ++i) classes.add(values.getX(i));
       this.#met.classes = [...classes].sort((a, b) => a - b);
     }
-    // Codes along z, to metres by the matrix of the node.
-    const [least, greatest] = middleRange(geometry.getAttribute('position'), 'getZ');
-    const node = points.matrix.elements;
-    this.#met.ranges.height = [node[9] * least + node[13], node[9] * greatest + node[13]];
+    this.#met.ranges.height = this.#heights(points);
     this.#uniforms.intensityRange.value.fromArray(this.#met.ranges.intensity);
     this.#uniforms.heightRange.value.fromArray(this.#met.ranges.height);
     this.#panel.offer(available);
     this.#apply(this.#panel.settings());
+  }
+
+  /** From where to where nearly all of the points lie along y of the scene. */
+  #heights(points) {
+    points.updateWorldMatrix(true, false);
+    const toScene = this.#tiles.group.matrixWorld.clone().multiply(points.matrixWorld);
+    const codes = points.geometry.getAttribute('position');
+    const place = new Vector3();
+    return middleRange(codes.count, (i) => place.fromBufferAttribute(codes, i).applyMatrix4(toScene).y, 0.001);
   }
 
   #apply(settings) {
@@ -173,6 +182,7 @@ class Page {
     this.#camera.updateMatrixWorld();
     if (this.#frame) this.#fitDepth();
     const view = this.#frame && new TileView(this.#camera, this.#frame.toScene, this.#pixelsAtOne());
+    this.#tiles.view = view;
     if (view && this.#tiles.root)
       this.#tiles.errorTarget = errorWithinBudget(
         this.#tiles.root,
@@ -244,4 +254,9 @@ class Page {
 if (location.protocol === 'file:')
   document.getElementById('summary').textContent =
     'Browsers load nothing from file:// addresses: serve this folder, for instance with python3 -m http.server.';
-else window.cairn = new Page();
+else
+  try {
+    window.cairn = new Page();
+  } catch (error) {
+    document.getElementById('summary').textContent = `Nothing can be drawn: ${error.message}`;
+  }

@@ -5,12 +5,11 @@ import { classColor, className, css, paletteColor, rampCss } from './colors.js';
 const byId = (id) => document.getElementById(id);
 const counted = new Intl.NumberFormat('en-US');
 const short = new Intl.NumberFormat('en-US', { notation: 'compact', maximumSignificantDigits: 3 });
-const length = (metres) =>
-  metres >= 0.1 || metres === 0
-    ? `${metres.toFixed(metres < 10 ? 2 : 1)} m`
-    : metres >= 0.001
-      ? `${(1000 * metres).toFixed(1)} mm`
-      : '< 1 mm';
+const length = (metres) => {
+  const size = Math.abs(metres);
+  if (size >= 0.1 || size === 0) return `${metres.toFixed(size < 10 ? 2 : 1)} m`;
+  return size >= 0.001 ? `${(1000 * metres).toFixed(1)} mm` : '< 1 mm';
+};
 const pixels = (value) =>
   !Number.isFinite(value) || value > 1e6 ? 'unbounded' : `${value.toFixed(value < 10 ? 1 : 0)} px`;
 
@@ -19,7 +18,7 @@ const BUDGETS = [100e3, 200e3, 500e3, 1e6, 2e6, 3e6, 5e6, 10e6, 20e6, 50e6];
 const ERRORS = [0.5, 1, 1.5, 2, 3, 4, 6, 8, 16, 32, 64];
 
 const TITLES = {
-  color: 'Colour',
+  color: 'Color',
   intensity: 'Intensity',
   classification: 'Classification',
   height: 'Height',

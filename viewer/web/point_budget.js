@@ -1,6 +1,7 @@
 // Which screen-space error keeps what is drawn within the point budget: the tree is refined where its error on the
 // screen is largest, as long as points are left. All that it takes stands in the tilesets, so no tile is loaded in vain.
 import { Box3, Frustum, Matrix4, Vector3 } from 'three';
+import { TilesRenderer } from '3d-tiles-renderer/three';
 
 /** A heap of [key, item], the greatest key first. */
 class Heap {
@@ -40,6 +41,7 @@ export class TileView {
   #eye = new Vector3();
   #box = new Box3();
   #pixelsAtOne;
+  #nearest;
 
   /** `toScene` takes the frame of the tiles to the scene. */
   constructor(camera, toScene, pixelsAtOne) {
@@ -47,6 +49,7 @@ export class TileView {
     this.#frustum.setFromProjectionMatrix(clip);
     this.#eye.setFromMatrixPosition(camera.matrixWorld).applyMatrix4(toScene.clone().invert());
     this.#pixelsAtOne = pixelsAtOne;
+    this.#nearest = camera.near;
   }
   #place(tile) {
     const b = tile.boundingVolume.box;
@@ -57,9 +60,23 @@ export class TileView {
   sees(tile) {
     return this.#frustum.intersectsBox(this.#place(tile));
   }
-  /** Pixels of a length in the tile, where it is nearest; infinite inside its box. */
+  /** Pixels of a length in the tile, where what is seen of it is nearest. */
   pixels(tile, length) {
-    return (length * this.#pixelsAtOne) / this.#place(tile).distanceToPoint(this.#eye);
+    return Math.min((length * this.#pixelsAtOne) / this.#place(tile).distanceToPoint(this.#eye), this.mostPixels(length));
+  }
+  /** Pixels of a length as near as anything is seen. */
+  mostPixels(length) {
+    return (length * this.#pixelsAtOne) / this.#nearest;
+  }
+}
+
+/** Inside a tile's box its error is not infinite, but that of what is as near as anything is seen: so the budget holds there. */
+export class BudgetedTiles extends TilesRenderer {
+  view = null; // a TileView
+
+  calculateTileViewError(tile, target) {
+    super.calculateTileViewError(tile, target);
+    if (this.view) target.error = Math.min(target.error, this.view.mostPixels(tile.geometricError));
   }
 }
 
@@ -83,7 +100,7 @@ export function errorWithinBudget(root, view, budget, target) {
     if (finer.length === 0) continue;
     const more = finer.reduce((sum, child) => sum + factsOf(child).points, -factsOf(tile).points);
     // A little above, so that this very tile is not refined.
-    if (points + more > budget) return Number.isFinite(error) ? error * 1.0001 : Number.MAX_VALUE;
+    if (points + more > budget) return error * 1.0001;
     points += more;
     finer.forEach(add);
   }

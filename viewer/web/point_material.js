@@ -16,15 +16,16 @@ const VERTEX = /* glsl */ `
   #endif
   uniform int mode;
   uniform float size, pixelsAtOne, pixelRatio, spacing;
-  uniform bool adaptive;
+  uniform bool adaptive, byPower;
   uniform vec2 intensityRange, heightRange;
   uniform vec3 levelColor;
   uniform sampler2D ramp, classes;
   varying vec3 shown;
   varying float diameter;
 
-  // Colours of glTF are linear; screens take sRGB.
+  // Colors of glTF are linear; screens take sRGB. Those made for CesiumJS are told by its power.
   vec3 srgb(vec3 linear) {
+    if (byPower) return pow(linear, vec3(1.0 / 2.2));
     return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, linear));
   }
   vec3 onRamp(float value, vec2 range) {
@@ -69,6 +70,7 @@ export function sharedUniforms() {
     mode: { value: 0 },
     size: { value: 1 },
     adaptive: { value: true },
+    byPower: { value: false },
     pixelsAtOne: { value: 1 }, // pixels of a metre that is a metre away
     pixelRatio: { value: 1 },
     intensityRange: { value: new Vector2(0, 1) },
