@@ -15,6 +15,15 @@ RangeKey front_of(std::size_t file, std::size_t size_bytes) {
   return {.file = file, .front = true, .offset = 0, .size_bytes = size_bytes};
 }
 
+DiskCache open_cache(const AccessOptions& options) {
+  try {
+    return {options.cache_folder, options.cache_bytes};
+  } catch (const Error&) {
+    if (options.must_cache) throw;
+    return {{}, 0};
+  }
+}
+
 bool matches(const std::vector<std::byte>& bytes, const ByteRange& range) {
   return bytes.size() == range.size_bytes &&
          (!range.checksum || checksum_of(bytes) == *range.checksum);
@@ -24,7 +33,7 @@ bool matches(const std::vector<std::byte>& bytes, const ByteRange& range) {
 
 RemoteFiles::RemoteFiles(const AccessOptions& options)
     : options_(options),
-      disk_(options.cache_folder, options.cache_bytes),
+      disk_(open_cache(options)),
       table_(options.memory_bytes),
       transfers_(options),
       thread_([this] { run(); }) {}

@@ -28,7 +28,7 @@ namespace cairn::formats {
 
 class RemoteFiles {
  public:
-  /// Asks for nothing yet. Throws Error (kSystem) if the cache's folder cannot be made.
+  /// Asks for nothing yet. Throws Error (kSystem) if a cache's folder that must be cannot be made.
   explicit RemoteFiles(const AccessOptions& options);
   /// Drops what is under way.
   ~RemoteFiles();
