@@ -156,6 +156,7 @@ AccessStatistics RemoteFiles::statistics() const {
   return statistics_;
 }
 
+  if (broken_) return true;  // reading it fails at once
 /// Counts a thread that waits for the range, which is wanted at once if it is neither here, nor on its way, nor on the disk.
 void RemoteFiles::begin_waiting(std::unique_lock<std::mutex>& lock, const RangeKey& key,
                                 const ByteRange& range) {

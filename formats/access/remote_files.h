@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "formats/access/access_options.h"
@@ -88,11 +89,12 @@ class RemoteFiles {
   void take(FetchJob& job, std::span<const std::byte> bytes);
   void deliver(const RangeKey& key, std::vector<std::byte> bytes);
   void finish(const HttpEnd& end);
+  void fail_checksum(const RangeKey& key, std::uint64_t found, std::uint64_t expected);
   std::optional<Failure> pin(FetchJob& job, const HttpEnd& end);
   void finish_front(FetchJob& job, bool same);
   void try_again(FetchJob& job, const HttpEnd& end);
   void give_up(FetchJob& job, const Failure& failure, bool unreachable);
-  void break_down(const char* reason);
+  void break_down(Failure failure);
   void tell_arrival();
 
   const AccessOptions options_;
@@ -115,9 +117,12 @@ class RemoteFiles {
   std::list<FetchJob> jobs_;
   std::uint64_t next_number_ = 0;
   RateMeter rate_;
-  bool reached_ = false;  ///< a connection was made
-  FetchJob::Clock::time_point last_success_{};
-  bool news_ = false;  ///< something has become ready in this step
+  bool reached_ = false;                        ///< a connection was made
+  FetchJob::Clock::time_point last_success_{};  ///< when bytes came last
+  bool news_ = false;                           ///< something has become ready in this step
+  /// Came in this step: is written to the disk once everybody has been told.
+  std::vector<std::pair<std::string, SharedBytes>> to_keep_;
+  std::vector<std::string> to_remove_;  ///< and from the disk
 
   std::thread thread_;  ///< the last member: it uses all else
 };
