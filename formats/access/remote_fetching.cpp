@@ -203,6 +203,10 @@ void RemoteFiles::finish(const HttpEnd& end) {
     return;
   }
   if (judgement.verdict == Verdict::kTransient) return try_again(job, end);
+  if (judgement.verdict == Verdict::kOther) {
+    job.again = true;  // without the condition, past all caches, at once
+    return;
+  }
   if (judgement.verdict == Verdict::kFinal) {
     const std::lock_guard lock(mutex_);
     return give_up(job,

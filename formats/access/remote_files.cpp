@@ -84,20 +84,36 @@ void RemoteFiles::expect_front(std::size_t file, std::size_t size_bytes) {
 
 SharedBytes RemoteFiles::front(std::size_t file, std::size_t size_bytes, Fresh fresh) {
   const RangeKey key = front_of(file, size_bytes);
-  if (fresh == Fresh::kNo) has_stored_front(file);
+  if (fresh == Fresh::kNo)
+    has_stored_front(file);
+  else
+    forget(file, key);
   std::unique_lock lock(mutex_);
-  if (fresh == Fresh::kYes) {
-    files_[file].stored_front.reset();
-    files_[file].validators = {};
-    files_[file].size_bytes.reset();
-    table_.forget(key);
-    table_.at(key).again = true;
-  }
+  table_.at(key).again |= fresh == Fresh::kYes;
   ++table_.at(key).waiting;
   if (table_.at(key).state != RangeState::kHere) table_.want_now(key);
   transfers_.wake();
   wait_for(lock, {key});
   return end_waiting({key}).front();
+}
+
+/// What is known of a file, here and on the disk, whose `front` is going to be read anew.
+void RemoteFiles::forget(std::size_t file, const RangeKey& front) {
+  std::string stored;
+  {
+    std::unique_lock lock(mutex_);
+    const auto under_way = [&] {
+      const RangeEntry* entry = table_.find(front);
+      return entry != nullptr && entry->state == RangeState::kUnderWay;
+    };
+    // An answer to what was asked before would be taken for the new one.
+    if (!arrived_.wait(lock, options_.stop, [&] { return broken_ || !under_way(); }))
+      throw Stopped{};
+    files_[file] = {.url = files_[file].url, .looked_for_front = true};
+    table_.forget_file(file);
+    stored = front_key(files_[file]);
+  }
+  disk_.remove(stored);
 }
 
 void RemoteFiles::keep_front(std::size_t file, std::span<const std::byte> bytes) {
@@ -140,6 +156,7 @@ std::vector<SharedBytes> RemoteFiles::read(std::size_t file, std::span<const Byt
 
 bool RemoteFiles::ready(std::size_t file, const ByteRange& range) {
   const std::lock_guard lock(mutex_);
+  if (broken_) return true;  // reading it fails at once
   const RangeEntry* entry = table_.find(key_of(file, range));
   return entry != nullptr &&
          (entry->state == RangeState::kHere || entry->state == RangeState::kOnDisk ||
@@ -156,7 +173,6 @@ AccessStatistics RemoteFiles::statistics() const {
   return statistics_;
 }
 
-  if (broken_) return true;  // reading it fails at once
 /// Counts a thread that waits for the range, which is wanted at once if it is neither here, nor on its way, nor on the disk.
 void RemoteFiles::begin_waiting(std::unique_lock<std::mutex>& lock, const RangeKey& key,
                                 const ByteRange& range) {

@@ -64,6 +64,7 @@ class RemoteFiles {
   };
 
   // For callers.
+  void forget(std::size_t file, const RangeKey& front);
   void begin_waiting(std::unique_lock<std::mutex>& lock, const RangeKey& key,
                      const ByteRange& range);
   bool find_in_front(std::unique_lock<std::mutex>& lock, const RangeKey& key,
@@ -88,8 +89,8 @@ class RemoteFiles {
   std::uint64_t bytes_under_way() const;
   void take(FetchJob& job, std::span<const std::byte> bytes);
   void deliver(const RangeKey& key, std::vector<std::byte> bytes);
-  void finish(const HttpEnd& end);
   void fail_checksum(const RangeKey& key, std::uint64_t found, std::uint64_t expected);
+  void finish(const HttpEnd& end);
   std::optional<Failure> pin(FetchJob& job, const HttpEnd& end);
   void finish_front(FetchJob& job, bool same);
   void try_again(FetchJob& job, const HttpEnd& end);
