@@ -129,7 +129,7 @@ void HttpAnswer::take_line(std::string_view line) {
     return;
   }
   const std::size_t colon = line.find(':');
-  if (colon == std::string_view::npos || colon > kLongestValue) return;
+  if (colon > kLongestValue) return;  // as npos is
   const std::string name = lower_case(std::string(line.substr(0, colon)));
   const std::string_view value = trimmed(line.substr(colon + 1));
   if (!is_plain(value)) return;

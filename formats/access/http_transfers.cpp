@@ -170,7 +170,7 @@ void add_header(Transfer& transfer, const std::string& line) {
   if (line.empty()) return;
   curl_slist* list = curl_slist_append(transfer.headers.get(), line.c_str());
   if (list == nullptr) throw std::bad_alloc();
-  transfer.headers.release();
+  static_cast<void>(transfer.headers.release());  // it is part of the longer list
   transfer.headers.reset(list);
 }
 

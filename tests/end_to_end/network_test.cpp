@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <optional>
 #include <ranges>
+#include <string>
 #include <thread>
 
 #include "formats/dataset/dataset_reader.h"
@@ -201,7 +203,8 @@ TEST_F(Network, WithoutACacheNothingIsLeftBehind) {
 }
 
 TEST_F(Network, AHomeThatCannotBeWrittenToIsNoFailure) {
-  const Environment environment({{"XDG_CACHE_HOME", "/proc/none"}});
+  const Environment environment(
+      std::map<std::string, std::string>{{"XDG_CACHE_HOME", "/proc/none"}});
   const Outcome outcome = cairn({"info", url()});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
