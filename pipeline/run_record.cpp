@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "formats/access/location.h"
 #include "formats/error.h"
 #include "pipeline/compiled_in.h"
 #include "pipeline/json_number.h"
@@ -84,6 +85,7 @@ void write_run_record(const std::filesystem::path& folder, const BuildReport& re
 }
 
 std::optional<BuildReport> read_run_record(const std::filesystem::path& folder) {
+  if (formats::is_address(folder.string())) return std::nullopt;
   std::ifstream in(folder / kRunRecord);
   return parse_run(Json::parse(in, nullptr, /*allow_exceptions=*/false));
 }

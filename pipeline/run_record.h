@@ -14,7 +14,8 @@ inline constexpr const char* kRunRecord = "run.json";
 /// Writes `folder`/run.json: the report, the program's version, the machine and the time. Throws kSystem.
 void write_run_record(const std::filesystem::path& folder, const BuildReport& report);
 
-/// The report in `folder`/run.json; nothing if there is none or it is not readable as one.
+/// The report in `folder`/run.json; nothing if there is none or it is not readable as one. Behind an address it is not looked
+/// for.
 std::optional<BuildReport> read_run_record(const std::filesystem::path& folder);
 
 }  // namespace cairn::pipeline

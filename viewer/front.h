@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -61,8 +62,8 @@ class Front {
   FrontFrame advance(const View& view, const SelectionLimits& limits, const NodeTest& hidden = {});
   /// The slot of a node of the last drawn cut.
   std::uint32_t slot_of(NodeIndex node) const { return slots_.find(node).value(); }
-  /// Waits until something has been read, or nothing is to be.
-  void wait() { loader_.wait(); }
+  /// Waits until something has been read, or nothing is to be, or for a stop request.
+  void wait(const std::stop_token& stop = {}) { loader_.wait(stop); }
   std::uint64_t damaged() const { return damaged_.size(); }
   /// From the next frame on.
   void set_prefetch(bool prefetch) { options_.prefetch = prefetch; }

@@ -52,9 +52,10 @@ std::vector<LoadedNode> NodeLoader::take() {
   return taken;
 }
 
-void NodeLoader::wait() {
+void NodeLoader::wait(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  finished_.wait(lock, [&] { return !done_.empty() || (wishes_.empty() && under_way_.empty()); });
+  finished_.wait(lock, stop,
+                 [&] { return !done_.empty() || (wishes_.empty() && under_way_.empty()); });
 }
 
 void NodeLoader::recycle(NodePoints points) {

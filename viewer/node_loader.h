@@ -7,6 +7,7 @@
 #include <exception>
 #include <mutex>
 #include <span>
+#include <stop_token>
 #include <thread>
 #include <unordered_set>
 #include <vector>
@@ -37,8 +38,8 @@ class NodeLoader {
   void request(std::span<const NodeIndex> nodes);
   /// Takes what was read since, in the order in which it was finished.
   std::vector<LoadedNode> take();
-  /// Waits until there is something to take; returns at once if nothing is wished for or under way.
-  void wait();
+  /// Waits until there is something to take, or for a stop request; returns at once if nothing is wished for or under way.
+  void wait(const std::stop_token& stop = {});
   /// Gives memory back, to be written into again.
   void recycle(NodePoints points);
 
@@ -49,9 +50,9 @@ class NodeLoader {
   const NodeSource& source_;
   std::size_t waiting_;
   std::mutex mutex_;
-  std::condition_variable_any wake_;  ///< the threads: a wish, room, or the end
-  std::condition_variable finished_;  ///< wait(): something is finished
-  std::vector<NodeIndex> wishes_;     ///< the most urgent last
+  std::condition_variable_any wake_;      ///< the threads: a wish, room, or the end
+  std::condition_variable_any finished_;  ///< wait(): something is finished
+  std::vector<NodeIndex> wishes_;         ///< the most urgent last
   std::unordered_set<NodeIndex> under_way_;
   std::vector<LoadedNode> done_;
   std::vector<NodePoints> spare_;

@@ -98,7 +98,7 @@ FrameStatistics Scene::draw_settled(const View& view, const SelectionLimits& lim
   std::uint64_t forced_loads = loading.forced_loads;
   std::uint64_t hits = loading.hits;
   while (loading.missing > 0 && !stop.stop_requested()) {
-    front_.wait();
+    front_.wait(stop);
     loading = front_.advance(view, limits);
     std::ranges::move(loading.damage, std::back_inserter(damage));
     loads += loading.loads;

@@ -12,6 +12,7 @@ namespace cairn::formats {
 struct AccessOptions {
   /// Where fetched bytes are kept for later runs; empty: nowhere.
   std::filesystem::path cache_folder{};
+  bool must_cache = true;  ///< without it, a folder that cannot be made is none
   std::uint64_t cache_bytes = std::uint64_t{1} << 30;  ///< of that folder, at most
   /// Of what was fetched and is not used yet, or was used last.
   std::uint64_t memory_bytes = std::uint64_t{64} << 20;

@@ -31,7 +31,7 @@ struct ByteRange {
   friend bool operator==(const ByteRange&, const ByteRange&) = default;
 };
 
-/// Whether a front must not come from any cache.
+/// Whether a front must not come from any cache; then nothing counts any more that was known of the file.
 enum class Fresh : bool { kNo, kYes };
 
 /// What one reader will want. Lists of several readers are served in turns.

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <system_error>
 #include <tuple>
+#include <unordered_set>
 #include <utility>
 
 #include "formats/access/access_options.h"
@@ -30,8 +31,11 @@ constexpr const char* kEntrySuffix = ".entry";
 constexpr const char* kPartSuffix = ".part";
 /// A part that is older was left by a process that died.
 constexpr auto kOldPart = std::chrono::hours(1);
-/// The folder is looked at again after a share of the limit was written, and then emptied below it by the same share.
-constexpr std::uint64_t kShare = 16;
+/// What takes more than this share of the limit is not kept.
+constexpr std::uint64_t kLargestShare = 16;
+/// The folder is looked at again after this share was written, and emptied to three quarters if it holds more. So a few
+/// processes that write at a time, none of which knows of the others, stay below the limit together.
+constexpr std::uint64_t kLookShare = 64;
 
 std::vector<std::byte> encode(const std::string& key, std::span<const std::byte> bytes) {
   ByteWriter to;
@@ -75,10 +79,12 @@ bool write_all(int descriptor, std::span<const std::byte> bytes) {
   return true;
 }
 
+constexpr std::uint64_t kBlockBytes = 512;  ///< that st_blocks counts in
+
 struct FoundEntry {
   std::filesystem::path path;
   timespec used{};
-  std::uint64_t size_bytes = 0;
+  std::uint64_t size_bytes = 0;  ///< on the disk, more than it holds
 };
 
 bool used_before(const FoundEntry& a, const FoundEntry& b) {
@@ -100,7 +106,8 @@ std::vector<FoundEntry> entries_in(const std::filesystem::path& folder) {
     struct stat status {};
     if (::lstat(at->path().c_str(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
     if (at->path().extension() == kEntrySuffix)
-      entries.push_back({at->path(), status.st_mtim, static_cast<std::uint64_t>(status.st_size)});
+      entries.push_back(
+          {at->path(), status.st_mtim, static_cast<std::uint64_t>(status.st_blocks) * kBlockBytes});
     if (at->path().extension() == kPartSuffix && is_old(status.st_mtim))
       ::unlink(at->path().c_str());
   }
@@ -122,14 +129,18 @@ std::filesystem::path default_cache_folder() {
 DiskCache::DiskCache(std::filesystem::path folder, std::uint64_t limit_bytes)
     : folder_(std::move(folder)), limit_bytes_(limit_bytes) {
   if (!is_on()) return;
-  std::error_code failure;
-  std::filesystem::create_directories(folder_.parent_path(), failure);
+  std::error_code above;
+  std::filesystem::create_directories(folder_.parent_path(), above);
   // What a user looks at is no business of others.
-  if (::mkdir(folder_.c_str(), 0700) != 0 && !std::filesystem::is_directory(folder_, failure))
-    throw_system("cannot make the folder", folder_, failure ? failure.value() : ENOTDIR);
+  const int reason = ::mkdir(folder_.c_str(), 0700) == 0 ? 0 : errno;
+  std::error_code failure;
+  if (reason != 0 && !std::filesystem::is_directory(folder_, failure))
+    throw_system("cannot make the folder", folder_,
+                 reason == ENOENT && above ? above.value() : (reason == EEXIST ? ENOTDIR : reason));
+  evict();
 }
 
-std::filesystem::path DiskCache::path_of(const std::string& key) const {
+std::string DiskCache::name_of(const std::string& key) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string name;
   for (const char* part : {"", "again"}) {  // 128 bits; the key itself stands in the entry
@@ -137,16 +148,23 @@ std::filesystem::path DiskCache::path_of(const std::string& key) const {
     std::uint64_t sum = checksum_of(std::as_bytes(std::span(text)));
     for (int digit = 0; digit < 16; ++digit, sum >>= 4) name += kDigits[sum & 15];
   }
-  return folder_ / (name + kEntrySuffix);
+  return name + kEntrySuffix;
 }
 
 bool DiskCache::contains(const std::string& key) const {
-  return is_on() && ::access(path_of(key).c_str(), R_OK) == 0;
+  if (!is_on()) return false;
+  const std::string name = name_of(key);
+  const std::lock_guard lock(mutex_);
+  return names_.contains(name);
 }
 
 std::optional<std::vector<std::byte>> DiskCache::read(const std::string& key) {
-  if (!contains(key)) return std::nullopt;
-  const std::filesystem::path path = path_of(key);
+  if (!is_on()) return std::nullopt;
+  const std::filesystem::path path = folder_ / name_of(key);
+  if (::access(path.c_str(), R_OK) != 0) {
+    forget(key);
+    return std::nullopt;
+  }
   try {
     const RandomAccessFile file(path);
     std::vector<std::byte> entry(static_cast<std::size_t>(file.size_bytes()));
@@ -158,22 +176,34 @@ std::optional<std::vector<std::byte>> DiskCache::read(const std::string& key) {
   } catch (const Error&) {
     // Another process took it away, or the disk cannot read it.
   }
-  ::unlink(path.c_str());
+  remove(key);
   return std::nullopt;
 }
 
 void DiskCache::write(const std::string& key, std::span<const std::byte> bytes) {
-  if (!is_on() || refused_ || bytes.size() > limit_bytes_ / kShare) return;
+  if (!is_on() || refused_ || bytes.size() > limit_bytes_ / kLargestShare) return;
   const std::vector<std::byte> entry = encode(key, bytes);
-  if (!write_beside(path_of(key), entry)) {
+  const std::string name = name_of(key);
+  if (!write_beside(folder_ / name, entry)) {
     refused_ = true;
     return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    names_.insert(name);
   }
   keep_limit(entry.size());
 }
 
 void DiskCache::remove(const std::string& key) {
-  if (is_on()) ::unlink(path_of(key).c_str());
+  if (!is_on()) return;
+  ::unlink((folder_ / name_of(key)).c_str());
+  forget(key);
+}
+
+void DiskCache::forget(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  names_.erase(name_of(key));
 }
 
 bool DiskCache::write_beside(const std::filesystem::path& path,
@@ -196,25 +226,27 @@ void DiskCache::keep_limit(std::uint64_t written_bytes) {
   {
     const std::lock_guard lock(mutex_);
     unchecked_bytes_ += std::min(written_bytes, UINT64_MAX - unchecked_bytes_);
-    if (unchecked_bytes_ < limit_bytes_ / kShare) return;
+    if (unchecked_bytes_ < limit_bytes_ / kLookShare) return;
     unchecked_bytes_ = 0;
   }
   evict();
 }
 
-void DiskCache::evict() const {
+void DiskCache::evict() {
   std::vector<FoundEntry> entries = entries_in(folder_);
   std::uint64_t total = 0;
   for (const FoundEntry& entry : entries) total += entry.size_bytes;
-  // So far below that what is written until the next look still fits.
-  const std::uint64_t most = limit_bytes_ - limit_bytes_ / kShare;
-  if (total <= most) return;
+  const std::uint64_t most = limit_bytes_ - limit_bytes_ / 4;
   std::ranges::sort(entries, used_before);
-  for (const FoundEntry& entry : entries) {
-    if (total <= most) break;
-    ::unlink(entry.path.c_str());
-    total -= entry.size_bytes;
+  std::size_t gone = 0;
+  for (; gone < entries.size() && total > most; ++gone) {
+    ::unlink(entries[gone].path.c_str());
+    total -= entries[gone].size_bytes;
   }
+  std::unordered_set<std::string> names;
+  for (; gone < entries.size(); ++gone) names.insert(entries[gone].path.filename().string());
+  const std::lock_guard lock(mutex_);
+  names_.swap(names);
 }
 
 }  // namespace cairn::formats

@@ -75,11 +75,21 @@ Judgement changed(std::string found, std::string expected) {
                std::move(expected));
 }
 
+/// Whether an answer names another version; it may leave out what is known.
+bool contradict(const Validators& told, const Validators& known) {
+  const auto differ = [](const std::string& a, const std::string& b) {
+    return !a.empty() && !b.empty() && a != b;
+  };
+  return differ(told.etag, known.etag) || differ(told.last_modified, known.last_modified);
+}
+
 /// Of an answer without a range.
 Judgement judge_status(const RangeQuestion& question, const HttpAnswer& answer) {
   const int status = answer.status();
   const std::string found = "status " + std::to_string(status);
-  if (status == 304 && question.unless_same) return {.verdict = Verdict::kSame};
+  if (status == 304 && question.unless_same)
+    return {.verdict = contradict(answer.validators(), question.validators) ? Verdict::kOther
+                                                                            : Verdict::kSame};
   if (status == 412)
     return changed("status 412 (Precondition Failed)", text_of(question.validators));
   if (status == 416)
@@ -119,7 +129,7 @@ void HttpAnswer::take_line(std::string_view line) {
     return;
   }
   const std::size_t colon = line.find(':');
-  if (colon == std::string_view::npos || colon > kLongestValue) return;
+  if (colon > kLongestValue) return;  // as npos is
   const std::string name = lower_case(std::string(line.substr(0, colon)));
   const std::string_view value = trimmed(line.substr(colon + 1));
   if (!is_plain(value)) return;

@@ -64,7 +64,13 @@ struct RangeQuestion {
   bool unless_same = false;  ///< only wanted if the file is no longer the version of `validators`
 };
 
-enum class Verdict { kGood, kSame, kTransient, kFinal };
+enum class Verdict {
+  kGood,
+  kSame,  ///< as what was kept
+  kOther,  ///< said to be the same, but it is of another version: it must be asked for again, unconditionally
+  kTransient,
+  kFinal
+};
 
 struct Judgement {
   Verdict verdict = Verdict::kFinal;

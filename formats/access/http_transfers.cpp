@@ -7,6 +7,7 @@
 #include <list>
 #include <mutex>
 #include <new>
+#include <string_view>
 #include <utility>
 
 namespace cairn::formats {
@@ -52,29 +53,43 @@ struct Transfer {
   }
 };
 
-std::size_t take_header(char* data, std::size_t size, std::size_t count, void* user) {
-  static_cast<Transfer*>(user)->answer.take_line({data, size * count});
-  return size * count;
+/// False: nothing is read of an answer that is no good.
+bool take_body(Transfer& transfer, std::span<const char> bytes) {
+  if (!transfer.judgement) transfer.judgement = judge(transfer.question, transfer.answer);
+  if (transfer.judgement->verdict != Verdict::kGood) return false;
+  if (bytes.size() > transfer.expected_bytes() - transfer.received_bytes) {
+    transfer.too_long = true;
+    return false;
+  }
+  transfer.received_bytes += bytes.size();
+  transfer.sink(std::as_bytes(bytes));
+  return true;
 }
 
-/// Returning less than was offered ends the transfer: nothing is read of an answer that is no good.
-std::size_t take_body(char* data, std::size_t size, std::size_t count, void* user) {
-  Transfer& transfer = *static_cast<Transfer*>(user);
-  const std::size_t bytes = size * count;
-  if (!transfer.judgement) transfer.judgement = judge(transfer.question, transfer.answer);
-  if (transfer.judgement->verdict != Verdict::kGood) return 0;
-  if (bytes > transfer.expected_bytes() - transfer.received_bytes) {
-    transfer.too_long = true;
-    return 0;
-  }
-  transfer.received_bytes += bytes;
+/// What libcurl calls. It is C: no exception may pass through it, and step() throws what there was. Returning less than was
+/// offered ends the transfer.
+template <typename Take>
+std::size_t guarded(Transfer& transfer, std::size_t bytes, const Take& take) {
   try {
-    transfer.sink(std::as_bytes(std::span(data, bytes)));
-  } catch (...) {  // not through libcurl, which is C
+    return take() ? bytes : 0;
+  } catch (...) {
     transfer.error = std::current_exception();
     return 0;
   }
-  return bytes;
+}
+
+std::size_t on_header(char* data, std::size_t size, std::size_t count, void* user) {
+  Transfer& transfer = *static_cast<Transfer*>(user);
+  return guarded(transfer, size * count, [&] {
+    transfer.answer.take_line({data, size * count});
+    return true;
+  });
+}
+
+std::size_t on_body(char* data, std::size_t size, std::size_t count, void* user) {
+  Transfer& transfer = *static_cast<Transfer*>(user);
+  return guarded(transfer, size * count,
+                 [&] { return take_body(transfer, std::span(data, size * count)); });
 }
 
 /// Failures that another attempt may not meet.
@@ -115,6 +130,10 @@ Judgement judge_end(const Transfer& transfer, CURLcode code) {
   // An answer that was refused is the cause of whatever curl says of its body.
   if (transfer.judgement && transfer.judgement->verdict != Verdict::kGood)
     return *transfer.judgement;
+  // All is there: that a length was wrong, or the connection broke then, does no harm.
+  if (transfer.judgement && !transfer.too_long &&
+      transfer.received_bytes == transfer.expected_bytes())
+    return *transfer.judgement;
   if (transfer.too_long)
     return failed(Verdict::kTransient, "more bytes than the answer's range tells",
                   std::to_string(transfer.expected_bytes()) + " bytes");
@@ -131,10 +150,8 @@ Judgement judge_end(const Transfer& transfer, CURLcode code) {
     if (judgement.verdict != Verdict::kGood) return judgement;
     return failed(Verdict::kTransient, "an answer without a body", "bytes");
   }
-  if (transfer.received_bytes != transfer.expected_bytes())
-    return failed(Verdict::kTransient, std::to_string(transfer.received_bytes) + " bytes",
-                  std::to_string(transfer.expected_bytes()) + " bytes");
-  return *transfer.judgement;
+  return failed(Verdict::kTransient, std::to_string(transfer.received_bytes) + " bytes",
+                std::to_string(transfer.expected_bytes()) + " bytes");
 }
 
 /// Conditions that keep another version's bytes from coming at all. A weak tag can be no condition of a range; then the
@@ -153,13 +170,18 @@ void add_header(Transfer& transfer, const std::string& line) {
   if (line.empty()) return;
   curl_slist* list = curl_slist_append(transfer.headers.get(), line.c_str());
   if (list == nullptr) throw std::bad_alloc();
-  transfer.headers.release();
+  static_cast<void>(transfer.headers.release());  // it is part of the longer list
   transfer.headers.reset(list);
 }
 
 template <typename Value>
 void set(const Transfer& transfer, CURLoption option, Value value) {
-  if (curl_easy_setopt(transfer.easy.get(), option, value) != CURLE_OK) throw std::bad_alloc();
+  const CURLcode code = curl_easy_setopt(transfer.easy.get(), option, value);
+  if (code == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (code != CURLE_OK)
+    throw Error(ErrorKind::kSystem, {.what = "libcurl refused an option",
+                                     .found = std::to_string(option) + ": '" +
+                                              std::string(curl_easy_strerror(code)) + "'"});
 }
 
 void set_options(Transfer& transfer, const HttpRequest& request, const AccessOptions& options) {
@@ -180,18 +202,26 @@ void set_options(Transfer& transfer, const HttpRequest& request, const AccessOpt
   // What was asked for in private is not sent on in the open.
   set(transfer, CURLOPT_REDIR_PROTOCOLS_STR, secure ? "https" : "http,https");
   set(transfer, CURLOPT_NOSIGNAL, 1L);
+  set(transfer, CURLOPT_QUICK_EXIT, 1L);  // does not wait for a name that is being looked up
   set(transfer, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(options.connect_timeout.count()));
   set(transfer, CURLOPT_LOW_SPEED_LIMIT, kLeastBytesPerSecond);
   set(transfer, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stall_timeout.count()));
   set(transfer, CURLOPT_ERRORBUFFER, transfer.reason.data());
-  set(transfer, CURLOPT_HEADERFUNCTION, &take_header);
+  set(transfer, CURLOPT_HEADERFUNCTION, &on_header);
   set(transfer, CURLOPT_HEADERDATA, &transfer);
-  set(transfer, CURLOPT_WRITEFUNCTION, &take_body);
+  set(transfer, CURLOPT_WRITEFUNCTION, &on_body);
   set(transfer, CURLOPT_WRITEDATA, &transfer);
   set(transfer, CURLOPT_PRIVATE, &transfer);
 }
 
 }  // namespace
+
+bool speaks(std::string_view scheme) {
+  start_curl();
+  const char* const* known = curl_version_info(CURLVERSION_NOW)->protocols;
+  while (*known != nullptr && *known != scheme) ++known;
+  return *known != nullptr;
+}
 
 struct HttpTransfers::State {
   AccessOptions options;

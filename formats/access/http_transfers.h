@@ -10,12 +10,16 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/access/access_options.h"
 #include "formats/access/http_answer.h"
 
 namespace cairn::formats {
+
+/// Whether libcurl was built for addresses that begin so: "https".
+bool speaks(std::string_view scheme);
 
 struct HttpRequest {
   std::string url;

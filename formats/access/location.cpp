@@ -51,6 +51,9 @@ Location::Location(std::string text) : remote_(is_address(text)) {
     return;
   }
   check_address(text);
+  // Redirections from https to http are told apart by the scheme, which may be written in any case.
+  const std::size_t scheme = text.find(':');
+  text.replace(0, scheme, lower_case(text.substr(0, scheme)));
   while (text.back() == '/' && text.size() > scheme_size(text)) text.pop_back();
   path_ = std::move(text);
 }

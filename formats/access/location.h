@@ -18,7 +18,8 @@ class Location {
   Location(const std::filesystem::path& path) : Location(path.string()) {}  // NOLINT
 
   bool is_remote() const { return remote_; }
-  /// The folder; of an address its text, which messages name as they name paths. Addresses have no slash at the end.
+  /// The folder; of an address its text, which messages name as they name paths. An address has its
+  /// scheme in lower case and no slash at the end.
   const std::filesystem::path& path() const { return path_; }
   /// A file in the folder.
   std::filesystem::path file(std::string_view name) const;

@@ -34,6 +34,15 @@ void RangeTable::forget(const RangeKey& key) {
   entry.state = RangeState::kIdle;
 }
 
+void RangeTable::forget_file(std::size_t file) {
+  std::vector<RangeKey> keys;
+  for (auto at = entries_.lower_bound({.file = file}); at != entries_.end(); ++at) {
+    if (at->first.file != file) break;
+    if (at->second.state != RangeState::kUnderWay) keys.push_back(at->first);
+  }
+  for (const RangeKey& key : keys) forget(key);
+}
+
 SharedBytes RangeTable::find_front(std::size_t file) const {
   for (auto at = entries_.lower_bound({.file = file, .front = true}); at != entries_.end(); ++at) {
     if (at->first.file != file) break;

@@ -70,6 +70,8 @@ class RangeTable {
   /// The entry, which is made if there is none.
   RangeEntry& at(const RangeKey& key) { return entries_[key]; }
   void forget(const RangeKey& key);
+  /// Forgets all of a file but what is under way.
+  void forget_file(std::size_t file);
   /// A front of the file that is here; null if there is none.
   SharedBytes find_front(std::size_t file) const;
 

@@ -44,17 +44,21 @@ void RemoteFiles::run() {
       }
       step();
     }
+  } catch (const Error& error) {
+    break_down({error.kind(), error.parts()});
   } catch (const std::exception& error) {
-    break_down(error.what());
+    break_down({ErrorKind::kSystem, {.what = "fetching has ended", .found = error.what()}});
   }
 }
 
 void RemoteFiles::step() {
+  send_due_jobs();  // before what is new, or it might never come to their turn
   begin_jobs();
-  send_due_jobs();
   for (const HttpEnd& end : transfers_.step(time_to_next())) finish(end);
   rate_.tick(Clock::now(), transfers_.under_way() > 0);
   if (std::exchange(news_, false)) tell_arrival();
+  for (const auto& [name, bytes] : std::exchange(to_keep_, {})) disk_.write(name, *bytes);
+  for (const std::string& name : std::exchange(to_remove_, {})) disk_.remove(name);
 }
 
 /// Takes from the table what is most urgent, as much as the link bears.
@@ -108,6 +112,8 @@ void RemoteFiles::send(FetchJob& job) {
 
 std::chrono::milliseconds RemoteFiles::time_to_next() const {
   std::chrono::milliseconds wait = kLongestStep;
+  // While all connections are busy, the end of a request is what the next one waits for.
+  if (transfers_.under_way() >= options_.connections) return wait;
   for (const FetchJob& job : jobs_)
     if (!job.sent)
       wait = std::min(wait, std::chrono::ceil<std::chrono::milliseconds>(job.due - Clock::now()));
@@ -124,6 +130,7 @@ std::uint64_t RemoteFiles::bytes_under_way() const {
 /// Hands over each range as soon as it is whole: those behind it in the same answer may take long.
 void RemoteFiles::take(FetchJob& job, std::span<const std::byte> bytes) {
   rate_.add(bytes.size());
+  last_success_ = Clock::now();
   job.received.insert(job.received.end(), bytes.begin(), bytes.end());
   {
     const std::lock_guard lock(mutex_);
@@ -154,13 +161,7 @@ void RemoteFiles::deliver(const RangeKey& key, std::vector<std::byte> bytes) {
     news_ = true;
     if (entry.checksum && *entry.checksum != sum) {
       if (entry.again) {
-        table_.fail(key, {ErrorKind::kInput,
-                          {.what = "the checksum of what was fetched does not match, twice",
-                           .path = files_[key.file].url,
-                           .offset = key.offset,
-                           .found = std::to_string(sum),
-                           .expected = std::to_string(*entry.checksum)}});
-        arrived_.notify_all();
+        fail_checksum(key, sum, *entry.checksum);
         return;
       }
       statistics_.repeated_bytes += bytes.size();
@@ -172,7 +173,20 @@ void RemoteFiles::deliver(const RangeKey& key, std::vector<std::byte> bytes) {
     table_.put(key, shared);
   }
   arrived_.notify_all();
-  if (!name.empty()) disk_.write(name, *shared);
+  if (!name.empty()) to_keep_.emplace_back(std::move(name), std::move(shared));
+}
+
+/// Either the server's bytes are damaged, or the front that told their checksum is of another version: a later run must not
+/// take it for the same.
+void RemoteFiles::fail_checksum(const RangeKey& key, std::uint64_t found, std::uint64_t expected) {
+  for (const File& file : files_) to_remove_.push_back(front_key(file));
+  table_.fail(key, {ErrorKind::kInput,
+                    {.what = "the checksum of what was fetched does not match, twice",
+                     .path = files_[key.file].url,
+                     .offset = key.offset,
+                     .found = std::to_string(found),
+                     .expected = std::to_string(expected)}});
+  arrived_.notify_all();
 }
 
 void RemoteFiles::finish(const HttpEnd& end) {
@@ -189,6 +203,10 @@ void RemoteFiles::finish(const HttpEnd& end) {
     return;
   }
   if (judgement.verdict == Verdict::kTransient) return try_again(job, end);
+  if (judgement.verdict == Verdict::kOther) {
+    job.again = true;  // without the condition, past all caches, at once
+    return;
+  }
   if (judgement.verdict == Verdict::kFinal) {
     const std::lock_guard lock(mutex_);
     return give_up(job,
@@ -258,10 +276,11 @@ void RemoteFiles::give_up(FetchJob& job, const Failure& failure, bool unreachabl
   arrived_.notify_all();
 }
 
-void RemoteFiles::break_down(const char* reason) {
+/// Nothing comes any more: whoever waits, or asks later, is told why.
+void RemoteFiles::break_down(Failure failure) {
   {
     const std::lock_guard lock(mutex_);
-    broken_ = Failure{ErrorKind::kSystem, {.what = "fetching has ended", .found = reason}};
+    broken_ = std::move(failure);
   }
   arrived_.notify_all();
   tell_arrival();

@@ -19,6 +19,15 @@ RangeKey front_of(std::size_t file, std::size_t size_bytes) {
   return {.file = file, .front = true, .offset = 0, .size_bytes = size_bytes};
 }
 
+DiskCache open_cache(const AccessOptions& options) {
+  try {
+    return {options.cache_folder, options.cache_bytes};
+  } catch (const Error&) {
+    if (options.must_cache) throw;
+    return {{}, 0};
+  }
+}
+
 bool matches(const std::vector<std::byte>& bytes, const ByteRange& range) {
   return bytes.size() == range.size_bytes &&
          (!range.checksum || checksum_of(bytes) == *range.checksum);
@@ -28,7 +37,7 @@ bool matches(const std::vector<std::byte>& bytes, const ByteRange& range) {
 
 RemoteFiles::RemoteFiles(const AccessOptions& options)
     : options_(options),
-      disk_(options.cache_folder, options.cache_bytes),
+      disk_(open_cache(options)),
       table_(options.memory_bytes),
       transfers_(options),
       thread_([this] { run(); }) {}
@@ -79,20 +88,35 @@ void RemoteFiles::expect_front(std::size_t file, std::size_t size_bytes) {
 
 SharedBytes RemoteFiles::front(std::size_t file, std::size_t size_bytes, Fresh fresh) {
   const RangeKey key = front_of(file, size_bytes);
-  if (fresh == Fresh::kNo) has_stored_front(file);
+  if (fresh == Fresh::kNo)
+    has_stored_front(file);
+  else
+    forget(file, key);
   std::unique_lock lock(mutex_);
-  if (fresh == Fresh::kYes) {
-    files_[file].stored_front.reset();
-    files_[file].validators = {};
-    files_[file].size_bytes.reset();
-    table_.forget(key);
-    table_.at(key).again = true;
-  }
+  table_.at(key).again |= fresh == Fresh::kYes;
   ++table_.at(key).waiting;
   if (table_.at(key).state != RangeState::kHere) table_.want_now(key);
   transfers_.wake();
   wait_for(lock, {key}, {});
   return end_waiting({key}).front();
+}
+
+/// What is known of a file, here and on the disk, whose `front` is going to be read anew.
+void RemoteFiles::forget(std::size_t file, const RangeKey& front) {
+  std::string stored;
+  {
+    std::unique_lock lock(mutex_);
+    const auto under_way = [&] {
+      const RangeEntry* entry = table_.find(front);
+      return entry != nullptr && entry->state == RangeState::kUnderWay;
+    };
+    // An answer to what was asked before would be taken for the new one.
+    if (!wait_until(lock, {}, [&] { return broken_ || !under_way(); })) throw Stopped{};
+    files_[file] = {.url = files_[file].url, .looked_for_front = true};
+    table_.forget_file(file);
+    stored = front_key(files_[file]);
+  }
+  disk_.remove(stored);
 }
 
 void RemoteFiles::keep_front(std::size_t file, std::span<const std::byte> bytes) {
@@ -136,6 +160,7 @@ std::vector<SharedBytes> RemoteFiles::read(std::size_t file, std::span<const Byt
 
 bool RemoteFiles::ready(std::size_t file, const ByteRange& range) {
   const std::lock_guard lock(mutex_);
+  if (broken_) return true;  // reading it fails at once
   const RangeEntry* entry = table_.find(key_of(file, range));
   return entry != nullptr &&
          (entry->state == RangeState::kHere || entry->state == RangeState::kOnDisk ||
@@ -219,11 +244,17 @@ void RemoteFiles::wait_for(std::unique_lock<std::mutex>& lock, const std::vector
     return state == RangeState::kHere || state == RangeState::kFailed;
   };
   const auto over = [&] { return broken_ || std::ranges::all_of(keys, is_over); };
-  while (!arrived_.wait_for(lock, options_.stop, kLookUp, over)) {
-    if (!is_stopped(lock, stop)) continue;
-    for (const RangeKey& key : keys) --table_.at(key).waiting;
-    throw Stopped{};
-  }
+  if (wait_until(lock, stop, over)) return;
+  for (const RangeKey& key : keys) --table_.at(key).waiting;
+  throw Stopped{};
+}
+
+/// False if somebody wants the wait to end before.
+bool RemoteFiles::wait_until(std::unique_lock<std::mutex>& lock, const std::stop_token& stop,
+                             const std::function<bool()>& over) {
+  while (!arrived_.wait_for(lock, options_.stop, kLookUp, over))
+    if (is_stopped(lock, stop)) return false;
+  return true;
 }
 
 /// Whether somebody wants the wait to end. Asks without the lock.

@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "formats/access/access_options.h"
@@ -28,7 +29,7 @@ namespace cairn::formats {
 
 class RemoteFiles {
  public:
-  /// Asks for nothing yet. Throws Error (kSystem) if the cache's folder cannot be made.
+  /// Asks for nothing yet. Throws Error (kSystem) if a cache's folder that must be cannot be made.
   explicit RemoteFiles(const AccessOptions& options);
   /// Drops what is under way.
   ~RemoteFiles();
@@ -64,6 +65,7 @@ class RemoteFiles {
   };
 
   // For callers.
+  void forget(std::size_t file, const RangeKey& front);
   void begin_waiting(std::unique_lock<std::mutex>& lock, const RangeKey& key,
                      const ByteRange& range);
   bool find_in_front(std::unique_lock<std::mutex>& lock, const RangeKey& key,
@@ -72,6 +74,8 @@ class RemoteFiles {
                     const ByteRange& range);
   void wait_for(std::unique_lock<std::mutex>& lock, const std::vector<RangeKey>& keys,
                 const std::stop_token& stop);
+  bool wait_until(std::unique_lock<std::mutex>& lock, const std::stop_token& stop,
+                  const std::function<bool()>& over);
   bool is_stopped(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) const;
   std::vector<SharedBytes> end_waiting(const std::vector<RangeKey>& keys);
   std::string disk_key(std::size_t file, const ByteRange& range) const;
@@ -90,12 +94,13 @@ class RemoteFiles {
   std::uint64_t bytes_under_way() const;
   void take(FetchJob& job, std::span<const std::byte> bytes);
   void deliver(const RangeKey& key, std::vector<std::byte> bytes);
+  void fail_checksum(const RangeKey& key, std::uint64_t found, std::uint64_t expected);
   void finish(const HttpEnd& end);
   std::optional<Failure> pin(FetchJob& job, const HttpEnd& end);
   void finish_front(FetchJob& job, bool same);
   void try_again(FetchJob& job, const HttpEnd& end);
   void give_up(FetchJob& job, const Failure& failure, bool unreachable);
-  void break_down(const char* reason);
+  void break_down(Failure failure);
   void tell_arrival();
 
   const AccessOptions options_;
@@ -118,9 +123,12 @@ class RemoteFiles {
   std::list<FetchJob> jobs_;
   std::uint64_t next_number_ = 0;
   RateMeter rate_;
-  bool reached_ = false;  ///< a connection was made
-  FetchJob::Clock::time_point last_success_{};
-  bool news_ = false;  ///< something has become ready in this step
+  bool reached_ = false;                        ///< a connection was made
+  FetchJob::Clock::time_point last_success_{};  ///< when bytes came last
+  bool news_ = false;                           ///< something has become ready in this step
+  /// Came in this step: is written to the disk once everybody has been told.
+  std::vector<std::pair<std::string, SharedBytes>> to_keep_;
+  std::vector<std::string> to_remove_;  ///< and from the disk
 
   std::thread thread_;  ///< the last member: it uses all else
 };

@@ -31,22 +31,22 @@ void append(std::vector<std::byte>& bytes, const ByteSource& file,
     bytes.insert(bytes.end(), part->begin(), part->end());
 }
 
-/// Where the pages lie of which `begin` bytes of the file do not hold all, up to a step on. Of a page that begins before, the
-/// rest, whose checksum is not known.
-std::vector<ByteRange> next_pages(const IndexLayout& layout,
-                                  const std::vector<std::uint64_t>& checksums,
-                                  std::uint64_t begin) {
-  std::vector<ByteRange> ranges;
+/// Reads the pages that `bytes`, the beginning of an index of this layout, do not hold all of: each as a whole, as its checksum
+/// is that of all of it.
+void append_pages(std::vector<std::byte>& bytes, const ByteSource& file, const IndexLayout& layout,
+                  const std::vector<std::uint64_t>& checksums) {
   const std::uint64_t page_bytes = layout.records_per_page * layout.record_size_bytes;
-  std::uint64_t at = begin;
-  while (at < layout.size_bytes && at - begin < kIndexStep) {
-    const std::uint64_t page = (at - layout.pages_offset) / page_bytes;
-    const IndexRange all = layout.bytes_of(page);
-    ranges.push_back({.offset = at, .size_bytes = all.end() - at});
-    if (at == all.first) ranges.back().checksum = checksums[page];
-    at = all.end();
+  std::uint64_t page = (bytes.size() - layout.pages_offset) / page_bytes;
+  bytes.resize(static_cast<std::size_t>(layout.bytes_of(page).first));
+  while (page < layout.page_count) {
+    std::vector<ByteRange> ranges;
+    const std::uint64_t begin = layout.bytes_of(page).first;
+    for (; page < layout.page_count && layout.bytes_of(page).first - begin < kIndexStep; ++page) {
+      const IndexRange all = layout.bytes_of(page);
+      ranges.push_back({.offset = all.first, .size_bytes = all.count, .checksum = checksums[page]});
+    }
+    append(bytes, file, ranges);
   }
-  return ranges;
 }
 
 struct ReadIndex {
@@ -66,9 +66,7 @@ std::optional<DecodeError> read_index(ByteSource& file, Fresh fresh, ReadIndex& 
     std::vector<std::uint64_t> checksums;
     IndexHead head;
     if (auto error = parse_index_head(bytes, file.size_bytes(), head, checksums)) return error;
-    const IndexLayout layout = layout_of(head.dataset);
-    while (bytes.size() < layout.size_bytes)
-      append(bytes, file, next_pages(layout, checksums, bytes.size()));
+    append_pages(bytes, file, layout_of(head.dataset), checksums);
   }
   read.root_checksum = index_root_checksum(bytes);
   if (auto error = parse_index(bytes, read.index)) return error;
@@ -76,12 +74,9 @@ std::optional<DecodeError> read_index(ByteSource& file, Fresh fresh, ReadIndex& 
   return std::nullopt;
 }
 
-ReadIndex read_index(ByteSource& file) {
+ReadIndex read_index(ByteSource& file, Fresh fresh) {
   ReadIndex read;
-  auto error = read_index(file, Fresh::kNo, read);
-  // What a cache or the network has damaged comes right when it is asked for again.
-  if (error && file.is_remote()) error = read_index(file, Fresh::kYes, read);
-  if (error) refuse(*error, file.path());
+  if (const auto error = read_index(file, fresh, read)) refuse(*error, file.path());
   return read;
 }
 
@@ -99,6 +94,25 @@ std::string read_metadata(const ByteSource& file, const IndexHead& head) {
   std::string text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   if (const auto error = check_metadata_text(text)) refuse(*error, file.path());
   return text;
+}
+
+struct ReadFiles {
+  DatasetIndex index;
+  std::string metadata;
+};
+
+/// Reads the index and the metadata, and sees whether the nodes are there. What is asked for may be under way already.
+ReadFiles read_files(DatasetFiles& files, Fresh fresh, bool metadata_too) {
+  auto [index, root_checksum] = read_index(*files.index, fresh);
+  if (metadata_too) files.metadata->front(kMetadataFront, fresh);
+  // The root checksum vouches for every byte of the dataset, so it names them.
+  files.metadata->identify(root_checksum);
+  files.metadata->expect_size(index.head.metadata_size_bytes);
+  std::string metadata = read_metadata(*files.metadata, index.head);
+  files.nodes->front(kNodesFront, fresh);
+  files.nodes->identify(root_checksum);
+  files.nodes->expect_size(index.head.nodes_size_bytes);
+  return {std::move(index), std::move(metadata)};
 }
 
 }  // namespace
@@ -133,16 +147,15 @@ DatasetReader DatasetReader::open(const Location& location, const AccessOptions&
   // With an index of an earlier run most likely the metadata is at hand, too.
   const bool all_at_once = files.index->is_remote() && !files.index->has_stored_front();
   if (all_at_once) files.metadata->expect_front(kMetadataFront);
-  auto [index, root_checksum] = read_index(*files.index);
-  // The root checksum vouches for every byte of the dataset, so it names them.
-  files.metadata->identify(root_checksum);
-  files.nodes->identify(root_checksum);
-  if (all_at_once) files.metadata->front(kMetadataFront);
-  files.metadata->expect_size(index.head.metadata_size_bytes);
-  std::string metadata = read_metadata(*files.metadata, index.head);
-  files.nodes->front(kNodesFront);
-  files.nodes->expect_size(index.head.nodes_size_bytes);
-  return DatasetReader(std::move(files), std::move(index), std::move(metadata));
+  ReadFiles read;
+  try {
+    read = read_files(files, Fresh::kNo, all_at_once);
+  } catch (const Error& error) {
+    if (!files.index->is_remote() || error.kind() != ErrorKind::kInput) throw;
+    // What a cache or the network has damaged, or kept of another version, comes right when it is asked for past all caches.
+    read = read_files(files, Fresh::kYes, true);
+  }
+  return DatasetReader(std::move(files), std::move(read.index), std::move(read.metadata));
 }
 
 DatasetReader::DatasetReader(DatasetFiles files, DatasetIndex index, std::string metadata)

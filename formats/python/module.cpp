@@ -93,8 +93,9 @@ PYBIND11_MODULE(_core, module) {
   module.attr("version") = CAIRN_VERSION;
   register_errors();
   py::class_<Reader>(module, "Reader", "An open dataset: index in memory, nodes on demand.")
-      .def(py::init<const std::string&, const std::string&, std::uint64_t>(), py::arg("location"),
-           py::arg("cache_folder"), py::arg("cache_bytes"))
+      .def(py::init<const std::string&, const std::string&, bool, std::uint64_t>(),
+           py::arg("location"), py::arg("cache_folder"), py::arg("must_cache"),
+           py::arg("cache_bytes"))
       .def("close", &Reader::close)
       .def_property_readonly("closed", &Reader::closed)
       .def("describe", &describe)

@@ -12,9 +12,10 @@
 namespace cairn::formats::python {
 
 Reader::Reader(const std::string& location, const std::filesystem::path& cache_folder,
-               std::uint64_t cache_bytes)
+               bool must_cache, std::uint64_t cache_bytes)
     : location_(location),
       options_{.cache_folder = cache_folder,
+               .must_cache = must_cache,
                .cache_bytes = cache_bytes,
                .interrupted = has_raising_signal},
       reader_(open()),

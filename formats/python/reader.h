@@ -14,8 +14,9 @@ namespace cairn::formats::python {
 /// All calls with the interpreter's lock, which is released while files or a server are waited for.
 class Reader {
  public:
-  /// Where fetched bytes are kept: an empty folder keeps nothing. Throws as DatasetReader::open does.
-  Reader(const std::string& location, const std::filesystem::path& cache_folder,
+  /// Where fetched bytes are kept: an empty folder keeps nothing, nor does one that cannot be made, unless it must. Throws as
+  /// DatasetReader::open does.
+  Reader(const std::string& location, const std::filesystem::path& cache_folder, bool must_cache,
          std::uint64_t cache_bytes);
 
   /// Its files are closed once nobody reads any more.

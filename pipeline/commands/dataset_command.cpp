@@ -32,7 +32,8 @@ formats::DatasetReader DatasetCommand::open_dataset(const std::stop_token& stop)
                                                       .found = "'" + web_cache_size_ + "'",
                                                       .expected = "a size such as 1GiB"});
   formats::AccessOptions options{.cache_bytes = *bytes, .stop = stop};
-  if (web_cache_.empty())
+  options.must_cache = !web_cache_.empty();  // a home that cannot be written to is no failure
+  if (!options.must_cache)
     options.cache_folder = formats::default_cache_folder();
   else if (web_cache_ != "off")
     options.cache_folder = web_cache_;

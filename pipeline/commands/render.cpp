@@ -213,6 +213,7 @@ class RenderCommand : public DatasetCommand {
       viewer::Scene& scene = pictures.scene();
       const auto frame = wait_ ? scene.draw_settled(*view, limits, wishes, stop)
                                : scene.draw(*view, limits, wishes, queries);
+      if (stop.stop_requested()) throw stages::Stopped{};
       warn(frame);
       network.note(scene.drawn(), frame, elapsed_s());
       report.add(at.time_s, frame, elapsed_s(), dataset.access().fetched_bytes);

@@ -1,10 +1,16 @@
 // The program on datasets behind HTTP: what it says of them is what it says of the same folder, and failures are one line.
+#include <algorithm>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <optional>
+#include <ranges>
+#include <string>
 #include <thread>
 
 #include "formats/dataset/dataset_reader.h"
 #include "tests/end_to_end/render_fixture.h"
+#include "tests/support/environment.h"
 #include "tests/support/web_server.h"
 
 namespace cairn::test {
@@ -12,7 +18,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Not;
 
 class Network : public Render {
  protected:
@@ -42,6 +48,36 @@ class Network : public Render {
     server_->set_script([=](const WebRequest& request) -> std::optional<WebFault> {
       return request.asks_for(file) ? std::optional(fault) : std::nullopt;
     });
+  }
+  /// What asks for nodes below the root, which come behind it in nodes.bin.
+  std::function<bool(const WebRequest&)> below_root() const {
+    const auto dataset = formats::DatasetReader::open(output());
+    std::uint64_t root_bytes = 0;
+    for (const auto& section : dataset.record(formats::NodeId{0}).sections)
+      root_bytes += section.size_bytes;
+    return [root_bytes](const WebRequest& request) {
+      return request.asks_for("nodes.bin") && *request.first >= root_bytes;
+    };
+  }
+  /// Ctrl-C ends the command, which waits for what `waits` asks for, at once.
+  void expect_stop(const std::vector<std::string>& arguments,
+                   const std::function<bool(const WebRequest&)>& waits) {
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    server_->set_script([=](const WebRequest& request) -> std::optional<WebFault> {
+      return waits(request) ? std::optional(WebFault{.kind = WebFault::kStall}) : std::nullopt;
+    });
+    const std::size_t before = server_->requests().size();
+    const auto has_asked = [&] {
+      const auto requests = server_->requests();
+      return std::ranges::any_of(requests | std::views::drop(before), waits);
+    };
+    RunningProgram program(CAIRN_PROGRAM, arguments);
+    while (program.running() && !has_asked())
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    program.signal(SIGINT);
+    const Outcome outcome = program.wait(std::chrono::seconds(10));
+    EXPECT_EQ(outcome.exit_code, 128 + SIGINT);
+    EXPECT_THAT(outcome.err, HasSubstr("stopped by SIGINT"));
   }
 
   std::optional<WebServer> server_;
@@ -124,12 +160,8 @@ TEST_F(Network, AWalkWithoutWaitingDrawsWhatIsThere) {
 
 TEST_F(Network, ANodeThatDoesNotComeIsDrawnByItsAncestorAndToldOnce) {
   render("local.png");
-  const auto dataset = formats::DatasetReader::open(output());
-  std::uint64_t root_bytes = 0;  // they come first in nodes.bin
-  for (const auto& section : dataset.record(formats::NodeId{0}).sections)
-    root_bytes += section.size_bytes;
-  server_->set_script([=](const WebRequest& request) -> std::optional<WebFault> {
-    if (!request.asks_for("nodes.bin") || *request.first < root_bytes) return std::nullopt;
+  server_->set_script([waits = below_root()](const WebRequest& request) -> std::optional<WebFault> {
+    if (!waits(request)) return std::nullopt;
     return WebFault{.kind = WebFault::kStatus, .status = 404};
   });
   const Outcome outcome =
@@ -170,14 +202,54 @@ TEST_F(Network, WithoutACacheNothingIsLeftBehind) {
   EXPECT_EQ(entries(), before);
 }
 
+TEST_F(Network, AHomeThatCannotBeWrittenToIsNoFailure) {
+  const Environment environment(
+      std::map<std::string, std::string>{{"XDG_CACHE_HOME", "/proc/none"}});
+  const Outcome outcome = cairn({"info", url()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  expect_line(cairn({"info", url(), "--web-cache", "/proc/none/cairn"}), 4, "/proc/none/cairn");
+}
+
+TEST_F(Network, HowAFolderOfTheAddressesNameWasBuiltIsNotTold) {
+  const std::string folder = file(url());
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(output() + "/run.json", folder + "/run.json");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  const Outcome here = cairn({"info", "site.cairn"}), web = remote({"info", url()});
+  std::filesystem::current_path(before);
+  EXPECT_EQ(web.exit_code, 0) << web.err;
+  EXPECT_THAT(here.out, HasSubstr("threads"));
+  EXPECT_THAT(web.out, Not(HasSubstr("threads")));
+}
+
 TEST_F(Network, CtrlCEndsWaitingForAServer) {
-  fail("index.bin", {.kind = WebFault::kStall});
-  RunningProgram program(CAIRN_PROGRAM, {"info", url(), "--web-cache", "off"});
-  while (server_->requests().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  expect_stop({"info", url(), "--web-cache", "off"},
+              [](const WebRequest& request) { return request.asks_for("index.bin"); });
+}
+
+TEST_F(Network, CtrlCEndsWaitingForAName) {
+  const Environment environment({{"LD_PRELOAD", CAIRN_FAULTS}, {"CAIRN_FAULT", "lookup"}});
+  RunningProgram program(CAIRN_PROGRAM, {"info", "http://host.test/a", "--web-cache", "off"});
+  while (program.running() && program.err().find("looking up") == std::string::npos)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   program.signal(SIGINT);
   const Outcome outcome = program.wait(std::chrono::seconds(10));
   EXPECT_EQ(outcome.exit_code, 128 + SIGINT);
   EXPECT_THAT(outcome.err, HasSubstr("stopped by SIGINT"));
+}
+
+TEST_F(Network, CtrlCEndsWaitingForNodes) {
+  write_text(file("walk.toml"), kWalk);
+  const auto below = below_root();
+  expect_stop({"render", url(), "-o", file("web.png"), "--web-cache", "off"}, below);
+  expect_stop({"render", url(), "--path", file("walk.toml"), "--wait", "-o", file("walk.csv"),
+               "--web-cache", "off"},
+              below);
+  expect_stop({"verify", url(), "--progress", "none", "--web-cache", "off"}, below);
+  EXPECT_FALSE(std::filesystem::exists(file("web.png")));
+  EXPECT_FALSE(std::filesystem::exists(file("walk.csv")));
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 //   CAIRN_FAULT_FOLDER  calls on files whose paths begin so are counted
 //   CAIRN_FAULT_AT      the number of the call, from 1
 //   CAIRN_FAULT         kill: the process is killed before the call; ENOSPC: this and all later calls that take space fail
-//                       so; EIO: this call fails so; slow: this and all later calls take half a second more
+//                       so; EIO: this call fails so; slow: this and all later calls take half a second more. lookup, without
+//                       a folder: names of hosts are looked up for ever, which stderr is told
 //   CAIRN_FAULT_COUNT   a file that is told, in the end, how many calls there were
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <netdb.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -116,6 +118,13 @@ int ftruncate(int descriptor, off_t size) noexcept {
 int ftruncate64(int descriptor, off64_t size) noexcept {
   if (const int error = fault_on(descriptor, Kind::kOther)) return failed(error);
   return next<int(int, off64_t)>("ftruncate64")(descriptor, size);
+}
+int getaddrinfo(const char* host, const char* service, const addrinfo* hints, addrinfo** found) {
+  if (std::strcmp(setting("CAIRN_FAULT"), "lookup") == 0) {
+    std::fputs("looking up\n", stderr);
+    while (true) ::pause();
+  }
+  return next<decltype(getaddrinfo)>("getaddrinfo")(host, service, hints, found);
 }
 int rename(const char* from, const char* to) noexcept {
   if (const int error = fault_on(from, Kind::kOther)) return failed(error);

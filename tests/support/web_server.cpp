@@ -4,14 +4,18 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdlib>
-#include <fstream>
+#include <ctime>
 #include <stdexcept>
 #include <utility>
+
+#include "tests/support/temporary_folder.h"
 
 namespace cairn::test {
 namespace {
@@ -68,15 +72,62 @@ WebRequest parse(const std::string& head) {
   return request;
 }
 
+/// FNV-1a of a file, as a strong tag.
+std::string tag_of(const std::string& content) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : content) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return "\"" + std::to_string(hash) + "\"";
+}
+
+constexpr const char* kDate = "%a, %d %b %Y %H:%M:%S GMT";
+
+std::string date_of(const std::filesystem::path& file) {
+  struct stat status {};
+  ::stat(file.c_str(), &status);
+  std::tm parts{};
+  ::gmtime_r(&status.st_mtim.tv_sec, &parts);
+  char text[64];
+  std::strftime(text, sizeof text, kDate, &parts);
+  return text;
+}
+
+std::time_t time_of(const std::string& date) {
+  std::tm parts{};
+  ::strptime(date.c_str(), kDate, &parts);
+  return ::timegm(&parts);
+}
+
+std::string header_of(const WebRequest& request, const char* name) {
+  const auto found = request.headers.find(name);
+  return found == request.headers.end() ? "" : found->second;
+}
+
+/// The status that the conditions of a request lead to; 200 where they hold.
+int status_under_conditions(const WebRequest& request, const std::string& tag,
+                            const std::string& date) {
+  if (!tag.empty()) {
+    if (header_of(request, "if-none-match") == tag) return 304;
+    const std::string match = header_of(request, "if-match");
+    return match.empty() || match == tag ? 200 : 412;
+  }
+  if (const std::string since = header_of(request, "if-modified-since");
+      !since.empty() && time_of(date) <= time_of(since))
+    return 304;
+  const std::string since = header_of(request, "if-unmodified-since");
+  return since.empty() || time_of(date) <= time_of(since) ? 200 : 412;
+}
+
 }  // namespace
 
 struct WebServer::Answer {
   int status = 200;
   std::uint64_t first = 0, total = 0;
-  std::string etag, body;
+  std::string etag, last_modified, body;
 };
 
-WebServer::WebServer(std::filesystem::path root) : root_(std::move(root)) {
+WebServer::WebServer(std::filesystem::path root, WebVersions versions)
+    : root_(std::move(root)), versions_(versions) {
+  ::setenv("no_proxy", "*", 1);
   listening_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -150,29 +201,27 @@ WebServer::Answer WebServer::good_answer(const WebRequest& request) const {
     answer.status = 404;
     return answer;
   }
-  answer.total = std::filesystem::file_size(file);
-  const auto written = std::filesystem::last_write_time(file).time_since_epoch().count();
-  answer.etag = "\"" + std::to_string(written) + "-" + std::to_string(answer.total) + "\"";
-  const auto header = [&](const char* name) {
-    const auto found = request.headers.find(name);
-    return found == request.headers.end() ? "" : found->second;
-  };
-  const std::string match = header("if-match");
-  if (header("if-none-match") == answer.etag)
-    answer.status = 304;
-  else if (!match.empty() && match != answer.etag)
-    answer.status = 412;
-  else if (request.first && *request.first >= answer.total)
-    answer.status = 416;
+  const std::string content = read_text(file);
+  answer.total = content.size();
+  if (versions_ == WebVersions::kTags)
+    answer.etag = tag_of(content);
+  else
+    answer.last_modified = date_of(file);
+  answer.status = status_under_conditions(request, answer.etag, answer.last_modified);
+  if (answer.status == 200 && request.first && *request.first >= answer.total) answer.status = 416;
   if (answer.status != 200) return answer;
   answer.first = request.first.value_or(0);
-  answer.body.resize(std::min(request.last.value_or(UINT64_MAX - 1) + 1, answer.total) -
-                     answer.first);
-  std::ifstream in(file, std::ios::binary);
-  in.seekg(static_cast<std::streamoff>(answer.first));
-  in.read(answer.body.data(), static_cast<std::streamsize>(answer.body.size()));
+  answer.body = content.substr(answer.first, request.last.value_or(UINT64_MAX) - answer.first + 1);
   if (request.first) answer.status = 206;
   return answer;
+}
+
+bool WebServer::send_slowly(int socket, std::string_view bytes, std::size_t at_a_time) const {
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(at_a_time, bytes.size()))) {
+    if (ending_ || !send_all(socket, bytes.substr(0, at_a_time))) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(kTick));
+  }
+  return true;
 }
 
 bool WebServer::send_answer(int socket, const Answer& good, const std::optional<WebFault>& fault) {
@@ -182,8 +231,11 @@ bool WebServer::send_answer(int socket, const Answer& good, const std::optional<
   if (is(WebFault::kGarbage)) return send_all(socket, fault->text) && false;
   std::string more = is(WebFault::kHeader) || is(WebFault::kStatus) ? fault->text : "";
   if (is(WebFault::kWhole))
-    answer = {.status = 200, .etag = good.etag, .body = std::string(100'000, 'w')};
-  if (is(WebFault::kStatus)) answer = {.status = fault->status, .etag = {}, .body = "not this"};
+    answer = {.status = 200,
+              .etag = good.etag,
+              .last_modified = good.last_modified,
+              .body = std::string(100'000, 'w')};
+  if (is(WebFault::kStatus)) answer = {.status = fault->status, .body = "not this"};
   if (is(WebFault::kTag)) answer.etag = fault->text;
   if (is(WebFault::kOtherTotal)) answer.total = fault->bytes;
   if (is(WebFault::kDamage) && fault->bytes < answer.body.size())
@@ -196,6 +248,7 @@ bool WebServer::send_answer(int socket, const Answer& good, const std::optional<
   std::string head = "HTTP/1.1 " + std::to_string(answer.status) + " So\r\n";
   head += "Content-Length: " + std::to_string(length) + "\r\n";
   if (!answer.etag.empty()) head += "ETag: " + answer.etag + "\r\n";
+  if (!answer.last_modified.empty()) head += "Last-Modified: " + answer.last_modified + "\r\n";
   if (answer.status == 206 && !is(WebFault::kNoRange))
     head += "Content-Range: bytes " + std::to_string(first) + "-" +
             std::to_string(first + answer.body.size() - 1) + "/" + std::to_string(answer.total) +
@@ -206,7 +259,8 @@ bool WebServer::send_answer(int socket, const Answer& good, const std::optional<
   const std::string_view body =
       cut ? std::string_view(answer.body).substr(0, fault->bytes) : std::string_view(answer.body);
   body_bytes_ += body.size();
-  if (!send_all(socket, body)) return false;
+  if (!(is(WebFault::kSlow) ? send_slowly(socket, body, fault->bytes) : send_all(socket, body)))
+    return false;
   if (is(WebFault::kReset)) close_with_reset(socket);
   if (is(WebFault::kStall)) {
     char c = 0;

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct WebFault {
     kHeader,       ///< a good answer with `text` among the header lines
     kTag,          ///< a good answer with `text` as its ETag, empty: none
     kGarbage,      ///< `text` instead of an answer
+    kSlow,         ///< a good answer, whose body comes `bytes` at a time, fifty times a second
   };
   Kind kind = kDrop;
   std::uint64_t bytes = 0;
@@ -50,12 +52,18 @@ struct WebFault {
   std::string text{};
 };
 
+/// By what answers tell one version of a file from another.
+enum class WebVersions {
+  kTags,   ///< an ETag that follows from the content
+  kTimes,  ///< Last-Modified alone, in whole seconds: a file that replaces another may have the same, or an older one
+};
+
 class WebServer {
  public:
   using Script = std::function<std::optional<WebFault>(const WebRequest&)>;
 
-  /// Serves what is below `root`.
-  explicit WebServer(std::filesystem::path root);
+  /// Serves what is below `root`. From now on no proxy of the user's stands between this process or its children and it.
+  explicit WebServer(std::filesystem::path root, WebVersions versions = WebVersions::kTags);
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
@@ -75,9 +83,11 @@ class WebServer {
   void serve(int socket, std::size_t connection);
   bool answer(int socket, WebRequest request);
   bool send_answer(int socket, const Answer& answer, const std::optional<WebFault>& fault);
+  bool send_slowly(int socket, std::string_view bytes, std::size_t at_a_time) const;
   Answer good_answer(const WebRequest& request) const;
 
   std::filesystem::path root_;
+  WebVersions versions_;
   int listening_ = -1;
   std::uint16_t port_ = 0;
   std::atomic<bool> ending_ = false;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <mutex>
 #include <set>
+#include <stop_token>
 #include <thread>
 
 #include "formats/error.h"
@@ -94,6 +95,19 @@ TEST(RemoteLoader, EndsWhileNothingComes) {
   NodeLoader loader(network, 3, 10);
   loader.request(std::vector<NodeIndex>{1, 2, 3});
   std::this_thread::sleep_for(milliseconds(5));
+}
+
+TEST(RemoteLoader, AStopRequestEndsWaitingForWhatDoesNotCome) {
+  SlowNetwork network;
+  NodeLoader loader(network, 1, 10);
+  loader.request(std::vector<NodeIndex>{1});
+  std::stop_source stop;
+  const std::jthread user([&] {
+    std::this_thread::sleep_for(milliseconds(5));
+    stop.request_stop();
+  });
+  loader.wait(stop.get_token());
+  EXPECT_TRUE(loader.take().empty());
 }
 
 }  // namespace

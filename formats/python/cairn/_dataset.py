@@ -34,11 +34,11 @@ def path_bytes(path: Location) -> bytes:
     return text
 
 
-def cache_folder(web_cache: Location | bool) -> bytes:
-    """Where fetched bytes are kept; empty: nowhere."""
+def cache_folder(web_cache: Location | bool) -> tuple[bytes, bool]:
+    """Where fetched bytes are kept (empty: nowhere), and whether it is an error if they cannot be."""
     if isinstance(web_cache, bool):
-        return _core.default_cache_folder() if web_cache else b""
-    return path_bytes(web_cache)
+        return _core.default_cache_folder() if web_cache else b"", False
+    return path_bytes(web_cache), True
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Dataset:
     def __init__(self, location: Location, web_cache: Location | bool = True, web_cache_bytes: int = 1 << 30) -> None:
         self.source = os.fsdecode(location)
         self._web_cache = web_cache, web_cache_bytes
-        self._reader = _core.Reader(path_bytes(location), cache_folder(web_cache), web_cache_bytes)
+        self._reader = _core.Reader(path_bytes(location), *cache_folder(web_cache), web_cache_bytes)
         told = self._reader.describe()
         schema = [Attribute(*fields) for fields in told["schema"]]
         radius = Attribute("radius", np.dtype(np.float32), 1, "cover_radius", told["radius_estimated"])

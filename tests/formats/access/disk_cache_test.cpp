@@ -1,5 +1,6 @@
 #include "formats/access/disk_cache.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -31,9 +32,14 @@ class DiskCacheTest : public testing::Test {
       all.push_back(entry.path());
     return all;
   }
+  /// That the disk spends on them.
   std::uint64_t size_of_all() const {
     std::uint64_t size = 0;
-    for (const auto& file : files()) size += std::filesystem::file_size(file);
+    for (const auto& file : files()) {
+      struct stat status {};  // none once another has removed it
+      if (::lstat(file.c_str(), &status) == 0)
+        size += static_cast<std::uint64_t>(status.st_blocks) * 512;
+    }
     return size;
   }
   std::filesystem::path folder() const { return folder_ / "deep" / "cache"; }
@@ -124,7 +130,7 @@ TEST_F(DiskCacheTest, WhatAProcessLeftBehindGoes) {
 TEST_F(DiskCacheTest, SeveralMayUseOneFolderAtATime) {
   constexpr std::uint64_t kLimit = 300'000;
   std::vector<std::jthread> threads;
-  std::atomic<int> wrong = 0, found = 0;
+  std::atomic<int> wrong = 0, found = 0, too_full = 0;
   for (unsigned t = 0; t < 4; ++t)
     threads.emplace_back([&, t] {
       DiskCache cache(folder(), kLimit);  // one each, as processes have
@@ -137,11 +143,26 @@ TEST_F(DiskCacheTest, SeveralMayUseOneFolderAtATime) {
         } else {
           cache.write(std::to_string(n), some_bytes(8000, n));
         }
+        if (size_of_all() > kLimit) ++too_full;
       }
     });
   threads.clear();
   EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(too_full, 0);
   EXPECT_GT(found, 0);
+}
+
+TEST_F(DiskCacheTest, KnowsOfItsEntriesWithoutTheDisk) {
+  DiskCache early(folder(), 1 << 20);
+  DiskCache(folder(), 1 << 20).write("a", some_bytes(10, 1));
+  EXPECT_FALSE(early.contains("a")) << "written by another since";
+  EXPECT_TRUE(early.read("a"));
+  DiskCache late(folder(), 1 << 20);
+  EXPECT_TRUE(late.contains("a"));
+  for (const auto& file : files()) std::filesystem::remove(file);
+  EXPECT_TRUE(late.contains("a")) << "but is gone";
+  EXPECT_FALSE(late.read("a"));
+  EXPECT_FALSE(late.contains("a"));
 }
 
 TEST_F(DiskCacheTest, OffKeepsNothing) {
@@ -157,8 +178,21 @@ TEST_F(DiskCacheTest, OffKeepsNothing) {
 
 TEST_F(DiskCacheTest, AFolderThatCannotBeIsRefused) {
   test::write_text(folder_ / "file", "x");
-  EXPECT_THROW(DiskCache(folder_ / "file", 100), Error);
-  EXPECT_THROW(DiskCache(folder_ / "file" / "deeper", 100), Error);
+  for (const std::filesystem::path& folder : {folder_ / "file", folder_ / "file" / "deeper"}) {
+    try {
+      DiskCache{folder, 100};
+      ADD_FAILURE();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kSystem);
+      EXPECT_THAT(error.what(), testing::HasSubstr("Not a directory"));
+    }
+  }
+  try {
+    DiskCache{"/proc/cairn", 100};
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("No such file or directory"));
+  }
 }
 
 TEST_F(DiskCacheTest, ADiskThatRefusesEndsTheKeepingNotTheReading) {

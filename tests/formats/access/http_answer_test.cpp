@@ -118,6 +118,19 @@ TEST(HttpAnswer, TheSameVersionIsSameOnlyWhereThatWasAsked) {
   RangeQuestion question = kQuestion;
   question.unless_same = true;
   EXPECT_EQ(judge(question, answer_of({"HTTP/1.1 304 Not Modified"})).verdict, Verdict::kSame);
+  EXPECT_EQ(judge(question, answer_of({"HTTP/1.1 304 N", "ETag: \"a\""})).verdict, Verdict::kSame);
+  EXPECT_EQ(judge(question, answer_of({"HTTP/1.1 304 N", "Last-Modified: x"})).verdict,
+            Verdict::kSame)
+      << "of what is not known nothing is contradicted";
+  EXPECT_EQ(judge(question, answer_of({"HTTP/1.1 304 N", "ETag: \"b\""})).verdict, Verdict::kOther);
+  question.validators = {"", "Fri, 07 Nov 2014 23:59:59 GMT"};
+  EXPECT_EQ(
+      judge(question, answer_of({"HTTP/1.1 304 N", "Last-Modified: Fri, 07 Nov 2014 20:00:00 GMT"}))
+          .verdict,
+      Verdict::kOther)
+      << "an older file has replaced it";
+  question = kQuestion;
+  question.unless_same = true;
   EXPECT_EQ(judge(question, answer_of({"HTTP/1.1 206 P", "Content-Range: bytes 100-199/1000",
                                        "ETag: \"new\""}))
                 .verdict,

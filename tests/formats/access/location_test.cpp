@@ -19,8 +19,9 @@ TEST(Location, PathsStayPaths) {
 TEST(Location, AddressesNameFoldersAndFiles) {
   const Location location("HTTPS://host:8080/a/site%20one.cairn//");
   EXPECT_TRUE(location.is_remote());
-  EXPECT_EQ(location.file("index.bin").string(), "HTTPS://host:8080/a/site%20one.cairn/index.bin");
+  EXPECT_EQ(location.file("index.bin").string(), "https://host:8080/a/site%20one.cairn/index.bin");
   EXPECT_EQ(location.name(), "site%20one.cairn");
+  EXPECT_EQ(Location("hTTp://Host/A").path(), "http://Host/A");
   EXPECT_EQ(Location("http://[::1]:80/x").file("nodes.bin").string(),
             "http://[::1]:80/x/nodes.bin");
 }

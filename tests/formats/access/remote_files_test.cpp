@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <ctime>
 #include <random>
 #include <stop_token>
 #include <thread>
+#include <utility>
 
 #include "formats/checksum.h"
 #include "formats/stopped.h"
@@ -50,6 +52,7 @@ class RemoteFilesTest : public testing::Test {
   }
   /// The file, its front read.
   std::unique_ptr<RemoteSource> open(const AccessOptions& options) {
+    files_.reset();  // one after the other, as programs are started: all is on the disk
     files_ = std::make_shared<RemoteFiles>(options);
     auto source = std::make_unique<RemoteSource>(files_, server_.url("file.bin"));
     source->front(1, Fresh::kNo);
@@ -260,6 +263,68 @@ TEST_F(RemoteFilesTest, OneRangeThatFailsDoesNotTakeOthersWithIt) {
   for (std::size_t i = 1; i < wishes.size(); ++i)
     EXPECT_EQ(read(*source, wishes[i].offset, 1000), part(wishes[i].offset, 1000));
   failure(*source);
+}
+
+TEST_F(RemoteFilesTest, WhatFailedComesBeforeWhatIsNew) {
+  AccessOptions options = quick();
+  options.connections = 1;
+  options.first_delay = milliseconds(0);
+  const auto source = open(options);
+  fail({.kind = WebFault::kStatus, .status = 503}, 1);
+  const auto list = source->make_wish_list({});
+  std::vector<ByteRange> wishes;
+  for (std::uint64_t i = 0; i < 20; ++i) wishes.push_back(range(5000 + i * 40'000, 1000));
+  list->replace(wishes);
+  source->read(wishes);
+  const auto requests = server_.requests();
+  ASSERT_EQ(requests.size(), 1u + 21);
+  EXPECT_EQ(requests[2].first, requests[1].first);
+}
+
+TEST_F(RemoteFilesTest, ARetryThatWaitsForAConnectionTakesNoProcessor) {
+  AccessOptions options = quick();
+  options.connections = 1;
+  const auto source = open(options);
+  server_.set_script([first = true](const WebRequest& request) mutable -> std::optional<WebFault> {
+    if (request.first == 5000u && std::exchange(first, false))
+      return WebFault{.kind = WebFault::kStatus, .status = 503};
+    return WebFault{.kind = WebFault::kSlow, .bytes = 50};  // for 400 ms
+  });
+  const auto list = source->make_wish_list({});
+  const std::vector<ByteRange> wishes{range(5000, 1000), range(100'000, 1000)};
+  list->replace(wishes);
+  const std::clock_t begin = std::clock();
+  source->read(wishes);
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 0.2);
+}
+
+TEST_F(RemoteFilesTest, OneRangeThatFailsLeavesOthersWhileBytesCome) {
+  AccessOptions options = quick();
+  options.connections = 2;
+  options.first_delay = milliseconds(0);
+  const auto source = open(options);
+  server_.set_script([](const WebRequest& request) -> std::optional<WebFault> {
+    if (request.first == 100'000u) return WebFault{.kind = WebFault::kSlow, .bytes = 20};
+    if (request.first != 5000u) return std::nullopt;
+    std::this_thread::sleep_for(milliseconds(100));
+    return WebFault{.kind = WebFault::kStatus, .status = 500};
+  });
+  const auto list = source->make_wish_list({});
+  const std::vector<ByteRange> wishes{range(5000, 1000), range(100'000, 1000),
+                                      range(200'000, 1000)};
+  list->replace(wishes);
+  while (!source->ready(wishes[0]) || !source->ready(wishes[2]))
+    std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(read(*source, 200'000, 1000), part(200'000, 1000));
+  EXPECT_THAT(failure(*source).what(), HasSubstr("status 500"));
+}
+
+TEST_F(RemoteFilesTest, AFrontThatCameWholeIsGoodHoweverItEnded) {
+  server_.set_script(
+      [](const WebRequest&) { return WebFault{.kind = WebFault::kLongLength, .bytes = 9}; });
+  RemoteFiles files(quick());
+  const std::size_t file = files.add(server_.url("file.bin"));
+  EXPECT_EQ(*files.front(file, 2 * kFileBytes, Fresh::kNo), content_);
 }
 
 // --- Damage ---------------------------------------------------------------------------------------
@@ -530,6 +595,28 @@ TEST_F(RemoteFilesTest, AWishThatFailsIsReadyAndTellsWhy) {
   EXPECT_EQ(read(*source, 5000, 1000), part(5000, 1000));
 }
 
+TEST_F(RemoteFilesTest, OnceNothingComesAnyMoreWishesAreReadyAndTellWhy) {
+  AccessOptions options = quick();
+  options.stall_timeout = std::chrono::seconds(-1);  // which libcurl refuses
+  files_ = std::make_shared<RemoteFiles>(options);
+  const RemoteSource source(files_, server_.url("file.bin"));
+  std::atomic<bool> told = false;
+  const auto list = source.make_wish_list([&] { told = true; });
+  const ByteRange wish = range(5000, 1000);
+  list->replace(std::vector{wish});
+  while (!told) std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_TRUE(source.ready(wish));
+  for (int i = 0; i < 2; ++i) {
+    try {
+      source.read(std::span(&wish, 1));
+      ADD_FAILURE();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kSystem);
+      EXPECT_THAT(error.what(), HasSubstr("libcurl refused an option"));
+    }
+  }
+}
+
 // --- The disk's cache -----------------------------------------------------------------------------
 
 TEST_F(RemoteFilesTest, ALaterRunFindsWhatWasKept) {
@@ -565,6 +652,7 @@ TEST_F(RemoteFilesTest, AWishThatTheDiskHasIsReadyAtOnce) {
 
 TEST_F(RemoteFilesTest, AKeptFrontIsReadAgainOnlyIfTheFileIsTheSame) {
   const auto front = [&] {
+    files_.reset();
     files_ = std::make_shared<RemoteFiles>(kept());
     RemoteSource source(files_, server_.url("file.bin"));
     const Bytes bytes = *source.front(1000, Fresh::kNo);
