@@ -167,6 +167,9 @@ class Kept(ServedCase):
         file = FOLDER / "file"
         file.touch()
         self.refusal(lambda: self.open(web_cache=file), cairn.AccessError)
+        # The folder that nobody named is done without.
+        with mock.patch.dict(os.environ, {"XDG_CACHE_HOME": str(file)}):
+            self.open(web_cache=True)
         with self.assertRaises(TypeError):
             self.open(web_cache=None)
 
