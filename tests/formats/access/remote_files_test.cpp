@@ -288,14 +288,14 @@ TEST_F(RemoteFilesTest, ARetryThatWaitsForAConnectionTakesNoProcessor) {
   server_.set_script([first = true](const WebRequest& request) mutable -> std::optional<WebFault> {
     if (request.first == 5000u && std::exchange(first, false))
       return WebFault{.kind = WebFault::kStatus, .status = 503};
-    return WebFault{.kind = WebFault::kSlow, .bytes = 50};  // for 400 ms
+    return WebFault{.kind = WebFault::kSlow, .bytes = 10};  // for two seconds
   });
   const auto list = source->make_wish_list({});
   const std::vector<ByteRange> wishes{range(5000, 1000), range(100'000, 1000)};
   list->replace(wishes);
   const std::clock_t begin = std::clock();
   source->read(wishes);
-  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 0.2);
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 1);
 }
 
 TEST_F(RemoteFilesTest, OneRangeThatFailsLeavesOthersWhileBytesCome) {
