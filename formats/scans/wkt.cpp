@@ -14,7 +14,7 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 constexpr int kMostDepth = 32;
 
 /// OGC 01-009 and ISO 19162:2019, which has a long form of most keywords.
-constexpr std::array<std::pair<std::string_view, WktSystem>, 19> kSystems{{
+constexpr std::array<std::pair<std::string_view, WktSystem>, 20> kSystems{{
     {"PROJCS", WktSystem::kProjected},
     {"PROJCRS", WktSystem::kProjected},
     {"PROJECTEDCRS", WktSystem::kProjected},

@@ -114,11 +114,11 @@ TEST_F(Install, TheProgramComesWithItsDocumentsAndNothingElse) {
 
 TEST_F(Install, GoesBelowAFolderThatOnlyStandsForTheRoot) {
   const Outcome outcome = run_program(
-      "/usr/bin/env", {"DESTDIR=" + (folder_ / "root"), "cmake", "--install",
+      "/usr/bin/env", {"DESTDIR=" + std::string(folder_ / "root"), "cmake", "--install",
                        fs::path(CAIRN_PROGRAM).parent_path(), "--component", "program", "--prefix",
                        "/opt/of-cairn"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_TRUE(fs::exists(folder_ / "root/opt/of-cairn/share/man/man1/cairn.1"));
+  EXPECT_TRUE(fs::exists(fs::path(folder_ / "root/opt/of-cairn/share/man/man1/cairn.1")));
   EXPECT_FALSE(fs::exists("/opt/of-cairn"));
 }
 

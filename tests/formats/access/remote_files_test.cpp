@@ -275,7 +275,7 @@ TEST_F(RemoteFilesTest, WhatFailedComesBeforeWhatIsNew) {
   std::vector<ByteRange> wishes;
   for (std::uint64_t i = 0; i < 20; ++i) wishes.push_back(range(5000 + i * 40'000, 1000));
   list->replace(wishes);
-  source->read(wishes);
+  source->read(wishes, {});
   const auto requests = server_.requests();
   ASSERT_EQ(requests.size(), 1u + 21);
   EXPECT_EQ(requests[2].first, requests[1].first);
@@ -294,7 +294,7 @@ TEST_F(RemoteFilesTest, ARetryThatWaitsForAConnectionTakesNoProcessor) {
   const std::vector<ByteRange> wishes{range(5000, 1000), range(100'000, 1000)};
   list->replace(wishes);
   const std::clock_t begin = std::clock();
-  source->read(wishes);
+  source->read(wishes, {});
   EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 1);
 }
 
@@ -608,7 +608,7 @@ TEST_F(RemoteFilesTest, OnceNothingComesAnyMoreWishesAreReadyAndTellWhy) {
   EXPECT_TRUE(source.ready(wish));
   for (int i = 0; i < 2; ++i) {
     try {
-      source.read(std::span(&wish, 1));
+      source.read(std::span(&wish, 1), {});
       ADD_FAILURE();
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::kSystem);
