@@ -114,9 +114,9 @@ void DatasetSource::load(NodeIndex node, NodePoints& points) const {
   if (columns_.color) load_colors(data, points);
 }
 
-void DatasetSource::listen(std::function<void()> arrived) const {
+void DatasetSource::listen(const std::function<void()>& arrived) const {
   wishes_.reset();
-  if (is_remote() && arrived) wishes_ = dataset_.make_wishes(sections_, std::move(arrived));
+  if (is_remote() && arrived) wishes_ = dataset_.make_wishes(sections_, arrived);
 }
 
 void DatasetSource::expect(std::span<const NodeIndex> nodes) const {

@@ -18,7 +18,7 @@ class DatasetSource : public NodeSource {
   void load(NodeIndex node, NodePoints& points) const override;
   void expect(std::span<const NodeIndex> nodes) const override;
   bool ready(NodeIndex node) const override;
-  void listen(std::function<void()> arrived) const override;
+  void listen(const std::function<void()>& arrived) const override;
   bool is_remote() const override { return dataset_.is_remote(); }
 
  private:

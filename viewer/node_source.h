@@ -24,7 +24,7 @@ class NodeSource {
   virtual bool ready(NodeIndex /*node*/) const { return true; }
   /// `arrived` is called by another thread when a node has become ready; an empty one ends that, and is not called any more
   /// once this returns.
-  virtual void listen(std::function<void()> /*arrived*/) const {}
+  virtual void listen(const std::function<void()>& /*arrived*/) const {}
   virtual bool is_remote() const { return false; }
 };
 

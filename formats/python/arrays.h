@@ -20,8 +20,8 @@ pybind11::array array_over(std::vector<T> column, const pybind11::dtype& type,
                            std::vector<pybind11::ssize_t> shape) {
   auto owner = std::make_unique<std::vector<T>>(std::move(column));
   void* bytes = owner->data();
-  const pybind11::capsule capsule(
-      owner.get(), [](void* column_of_T) { delete static_cast<std::vector<T>*>(column_of_T); });
+  const pybind11::capsule capsule(owner.get(),
+                                  [](void* owned) { delete static_cast<std::vector<T>*>(owned); });
   owner.release();  // the capsule has it now
   return pybind11::array(type, std::move(shape), bytes, capsule);
 }

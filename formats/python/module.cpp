@@ -58,6 +58,7 @@ std::shared_ptr<Reading> start_reading(Reader& reader, const std::vector<std::ui
                                        bool weight, bool representative) {
   auto dataset = reader.get();
   std::vector<NodeId> order;
+  order.reserve(ids.size());
   for (const std::uint64_t id : ids) order.push_back(NodeId{id});
   const py::gil_scoped_release unlocked;
   return share(std::make_unique<Reading>(std::move(dataset), std::move(order),

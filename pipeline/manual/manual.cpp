@@ -37,8 +37,8 @@ std::vector<std::string> checked_words(const std::string& type) {
 /// What one part of a placeholder says of the value: "DIR", "WALK.toml" or a word.
 void take_placeholder(const std::string& part, FlagText& flag) {
   // The suffixes of all scans that can be read; a configuration file may stand for its scans.
-  static const std::vector<std::string> kScans{".las", ".laz", ".copc", ".e57", ".ply", ".pcd",
-                                               ".ptx", ".pts", ".xyz",  ".txt", ".csv", ".toml"};
+  static const std::vector<std::string> scans{".las", ".laz", ".copc", ".e57", ".ply", ".pcd",
+                                              ".ptx", ".pts", ".xyz",  ".txt", ".csv", ".toml"};
   const std::size_t dot = part.rfind('.');
   if (part == "DIR" || part == "FOLDER") {
     // Where a file may stand, folders are offered beside files.
@@ -47,7 +47,7 @@ void take_placeholder(const std::string& part, FlagText& flag) {
     flag.kind = ValueKind::kFile;
   } else if (part == "SCANS") {
     flag.kind = ValueKind::kFile;
-    flag.suffixes = kScans;
+    flag.suffixes = scans;
   } else if (part.ends_with(".cairn")) {
     flag.kind = ValueKind::kDataset;
   } else if (dot != std::string::npos && is_word(part.substr(dot + 1))) {

@@ -76,12 +76,13 @@ TEST_F(ScanFacts, ScansOfDifferentSystemsAreRefusedUnlessTold) {
 TEST_F(ScanFacts, ContradictionsAreFoundInAnyOrder) {
   const std::string site = "LOCAL_CS[\"our site\",UNIT[\"metre\",1]]";
   const auto code = [](int n) { return geo_keys({{1024, 1}, {3072, n}}); };
-  const auto in_feet = geo_keys({{1024, 1}, {3072, 2994}, {3076, 9002}}),
-             in_metres = geo_keys({{1024, 1}, {3072, 2994}, {3076, 9001}});
+  // A code that nobody has tells no unit.
+  const auto in_feet = geo_keys({{1024, 1}, {3072, 65000}, {3076, 9002}}),
+             in_metres = geo_keys({{1024, 1}, {3072, 65000}, {3076, 9001}});
   // The first of each agrees with both others, as far as can be told.
   const std::vector<std::array<std::string, 3>> triples{
       {vlr_bytes("LASF_Projection", 2112, site + '\0'), code(26910), code(26911)},
-      {code(2994), in_feet, in_metres}};
+      {code(65000), in_feet, in_metres}};
   for (const auto& triple : triples) {
     std::vector<int> order{0, 1, 2};
     do {

@@ -154,7 +154,7 @@ void expect_all_widths(const test::ScanPoints& scan, const E57ScanBytes& written
       const auto expected = static_cast<std::int64_t>(written.streams[bits + 2].values[i] + least);
       std::int64_t found = 0;
       if (bits <= 8)
-        found = scan.value<std::int8_t>(name, i);
+        found = int{scan.value<std::int8_t>(name, i)};
       else if (bits <= 16)
         found = scan.value<std::int16_t>(name, i);
       else if (bits <= 32)

@@ -33,7 +33,7 @@ class SlowNetwork : public NodeSource {
     const std::lock_guard lock(mutex_);
     return here_.contains(node);
   }
-  void listen(std::function<void()> arrived) const override { arrived_ = std::move(arrived); }
+  void listen(const std::function<void()>& arrived) const override { arrived_ = arrived; }
   bool is_remote() const override { return true; }
 
   void bring(std::initializer_list<NodeIndex> nodes) {
