@@ -99,9 +99,9 @@ TEST_F(Install, TheProgramComesWithItsDocumentsAndNothingElse) {
   }
   // The page of 3D Tiles is found where it is installed.
   ASSERT_EQ(build({write_wavy_las(folder_ / "wavy.las", 3000)}).exit_code, 0);
-  const Outcome tiles =
-      run_program(prefix / "bin/cairn", {"export", output(), "--format", "3dtiles", "-o",
-                                         folder_ / "tiles", "--progress", "none"});
+  const Outcome tiles = run_program(
+      prefix / "bin/cairn",
+      {"export", output(), "--format", "3dtiles", "-o", folder_ / "tiles", "--progress", "none"});
   EXPECT_EQ(tiles.exit_code, 0) << tiles.err;
   EXPECT_EQ(read_text(folder_ / "tiles/page.js"),
             read_text(prefix / "share/cairn/tiles-page/page.js"));
@@ -113,10 +113,10 @@ TEST_F(Install, TheProgramComesWithItsDocumentsAndNothingElse) {
 }
 
 TEST_F(Install, GoesBelowAFolderThatOnlyStandsForTheRoot) {
-  const Outcome outcome = run_program(
-      "/usr/bin/env", {"DESTDIR=" + std::string(folder_ / "root"), "cmake", "--install",
-                       fs::path(CAIRN_PROGRAM).parent_path(), "--component", "program", "--prefix",
-                       "/opt/of-cairn"});
+  const Outcome outcome =
+      run_program("/usr/bin/env", {"DESTDIR=" + std::string(folder_ / "root"), "cmake", "--install",
+                                   fs::path(CAIRN_PROGRAM).parent_path(), "--component", "program",
+                                   "--prefix", "/opt/of-cairn"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(fs::exists(fs::path(folder_ / "root/opt/of-cairn/share/man/man1/cairn.1")));
   EXPECT_FALSE(fs::exists("/opt/of-cairn"));
