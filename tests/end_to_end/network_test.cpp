@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <thread>
 
@@ -69,7 +68,8 @@ class Network : public Render {
     const std::size_t before = server_->requests().size();
     const auto has_asked = [&] {
       const auto requests = server_->requests();
-      return std::ranges::any_of(requests | std::views::drop(before), waits);
+      const auto begin = requests.begin() + static_cast<std::ptrdiff_t>(before);
+      return std::any_of(begin, requests.end(), waits);
     };
     RunningProgram program(CAIRN_PROGRAM, arguments);
     while (program.running() && !has_asked())
