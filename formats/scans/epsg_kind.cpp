@@ -1,18 +1,12 @@
-// Based on: EPSG Geodetic Parameter Dataset 10.076, 2022. The codes of a kind as ranges, first and last: no code of
-// another kind lies in one, and codes that nobody has lie there at most 63 in a row.
+// Based on: EPSG Geodetic Parameter Dataset 10.076, 2022. No code of another kind lies in a range.
 #include "formats/scans/epsg_kind.h"
 
-#include <algorithm>
-#include <span>
+#include "formats/scans/epsg_ranges.h"
 
 namespace cairn::formats {
 namespace {
 
-struct Range {
-  std::uint16_t first, last;
-};
-
-constexpr Range kProjected[] = {
+constexpr EpsgRange kProjected[] = {
     {2000, 3816},   {3825, 3854},   {3857, 3885},   {3890, 3893},   {3907, 3997},   {4026, 4026},
     {4037, 4038},   {4048, 4051},   {4056, 4071},   {4082, 4096},   {4217, 4217},   {4390, 4439},
     {4455, 4457},   {4462, 4462},   {4467, 4467},   {4471, 4471},   {4474, 4474},   {4484, 4489},
@@ -51,7 +45,7 @@ constexpr Range kProjected[] = {
     {30491, 30494}, {30729, 30800}, {31028, 31028}, {31121, 31171}, {31251, 31300}, {31370, 31370},
     {31461, 31529}, {31600, 31600}, {31700, 31700}, {31838, 32766}};
 
-constexpr Range kGeographic2d[] = {
+constexpr EpsgRange kGeographic2d[] = {
     {3819, 3821},   {3824, 3824},  {3889, 3889}, {3906, 3906}, {4001, 4016}, {4018, 4025},
     {4027, 4036},   {4041, 4047},  {4052, 4055}, {4075, 4075}, {4081, 4081}, {4120, 4216},
     {4218, 4326},   {4463, 4463},  {4470, 4470}, {4475, 4475}, {4483, 4483}, {4490, 4490},
@@ -79,11 +73,6 @@ constexpr Range kGeographic2d[] = {
     {9763, 9763},   {9777, 9777},  {9779, 9779}, {9782, 9782}, {9784, 9784}, {9866, 9866},
     {9871, 9871},   {9939, 9939},  {9964, 9964}, {9969, 9969}, {9974, 9974}, {9990, 9990},
     {20033, 20033}, {20041, 20041}};
-
-bool holds(std::span<const Range> ranges, std::uint16_t code) {
-  return std::any_of(ranges.begin(), ranges.end(),
-                     [=](const Range& r) { return r.first <= code && code <= r.last; });
-}
 
 }  // namespace
 

@@ -1,17 +1,15 @@
-// Based on: EPSG Geodetic Parameter Dataset 10.076, 2022. Ranges as in epsg_kind.cpp.
+// Based on: EPSG Geodetic Parameter Dataset 10.076, 2022.
 #include "formats/scans/epsg_unit.h"
 
 #include <algorithm>
 #include <span>
 
 #include "formats/scans/epsg_kind.h"
+#include "formats/scans/epsg_ranges.h"
 
 namespace cairn::formats {
 namespace {
 
-struct Range {
-  std::uint16_t first, last;
-};
 struct Unit {
   std::uint16_t code;
   double metres;
@@ -20,7 +18,7 @@ struct Unit {
 constexpr double kFoot = 0.3048, kUsSurveyFoot = 1200.0 / 3937;
 
 // Of projected systems; no projected system of another unit lies in a range.
-constexpr Range kProjectedInUsSurveyFeet[] = {
+constexpr EpsgRange kProjectedInUsSurveyFeet[] = {
     {2155, 2155},   {2194, 2194},   {2204, 2204},   {2225, 2250},   {2254, 2255},   {2257, 2264},
     {2267, 2268},   {2271, 2272},   {2274, 2279},   {2283, 2289},   {2870, 2895},   {2899, 2900},
     {2902, 2908},   {2911, 2912},   {2915, 2920},   {2924, 2930},   {2964, 2968},   {3089, 3089},
@@ -78,7 +76,7 @@ constexpr Range kProjectedInUsSurveyFeet[] = {
     {8216, 8216},   {8220, 8220},   {8224, 8224},   {8226, 8226},   {8380, 8380},   {8382, 8382},
     {8384, 8384},   {8387, 8387},   {8518, 8540},   {9748, 9749},   {26729, 26813}, {26847, 26870},
     {32001, 32058}, {32064, 32077}, {32099, 32099}, {32164, 32167}, {32664, 32667}};
-constexpr Range kProjectedInFeet[] = {
+constexpr EpsgRange kProjectedInFeet[] = {
     {2222, 2224},  {2251, 2253}, {2256, 2256}, {2265, 2266}, {2269, 2270}, {2273, 2273},
     {2280, 2282},  {2867, 2869}, {2896, 2898}, {2901, 2901}, {2909, 2910}, {2913, 2914},
     {2921, 2923},  {2992, 2992}, {2994, 2994}, {3080, 3080}, {3359, 3359}, {3361, 3361},
@@ -134,7 +132,7 @@ constexpr Unit kProjectedInOthers[] = {{2066, 0.201166195164},
                                        {30200, 0.201166195164}};
 
 // Systems of heights and depths.
-constexpr Range kVertical[] = {
+constexpr EpsgRange kVertical[] = {
     {3855, 3855}, {3886, 3886}, {3900, 3900}, {4440, 4440}, {4458, 4458},   {5193, 5214},
     {5237, 5237}, {5317, 5317}, {5336, 5336}, {5597, 5597}, {5600, 5621},   {5701, 5706},
     {5709, 5799}, {5829, 5829}, {5831, 5831}, {5843, 5843}, {5861, 5874},   {5941, 5941},
@@ -152,11 +150,6 @@ constexpr Unit kVerticalNotInMetres[] = {
     {6360, kUsSurveyFoot}, {8050, kFoot},         {8051, kFoot},         {8052, kUsSurveyFoot},
     {8053, kUsSurveyFoot}, {8228, kFoot},         {8897, kFoot}};
 
-bool in_one(std::span<const Range> ranges, std::uint16_t code) {
-  const auto after = std::ranges::upper_bound(ranges, code, {}, &Range::first);
-  return after != ranges.begin() && code <= (after - 1)->last;
-}
-
 std::optional<double> listed(std::span<const Unit> units, std::uint16_t code) {
   const auto* const at =
       std::ranges::find(units.data(), units.data() + units.size(), code, &Unit::code);
@@ -167,13 +160,13 @@ std::optional<double> listed(std::span<const Unit> units, std::uint16_t code) {
 
 std::optional<double> epsg_unit_m(std::uint16_t code) {
   if (epsg_kind(code) != EpsgKind::kProjected) return std::nullopt;
-  if (in_one(kProjectedInUsSurveyFeet, code)) return kUsSurveyFoot;
-  if (in_one(kProjectedInFeet, code)) return kFoot;
+  if (holds(kProjectedInUsSurveyFeet, code)) return kUsSurveyFoot;
+  if (holds(kProjectedInFeet, code)) return kFoot;
   return listed(kProjectedInOthers, code).value_or(1);
 }
 
 std::optional<double> epsg_height_unit_m(std::uint16_t code) {
-  if (!in_one(kVertical, code)) return std::nullopt;
+  if (!holds(kVertical, code)) return std::nullopt;
   return listed(kVerticalNotInMetres, code).value_or(1);
 }
 
