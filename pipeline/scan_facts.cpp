@@ -121,9 +121,13 @@ Telling telling_of(const stages::Scans& scans, const formats::Attribute& attribu
 void require_one_crs(const stages::Scans& scans) {
   std::vector<const ScanInfo*> without, unlike;
   std::vector<KnownCrs> known;  // distinct ones: scans of a campaign mostly have one
+  formats::CrsFacts facts;
+  const ScanInfo* before = nullptr;
   for (const auto& scan : scans) {
     const ScanInfo& info = scan->info();
-    formats::CrsFacts facts = formats::crs_facts(info.crs);
+    // Scans of one file have one, which may be long.
+    if (before == nullptr || before->crs != info.crs) facts = formats::crs_facts(info.crs);
+    before = &info;
     if (!tells_crs(facts)) {
       without.push_back(&info);
       continue;
@@ -133,11 +137,11 @@ void require_one_crs(const stages::Scans& scans) {
       const formats::CrsComparison comparison = formats::compare_crs(other.facts, facts);
       if (comparison.match == formats::CrsMatch::kDifferent) refuse(info, *other.scan, comparison);
     }
-    if (!known.empty() && formats::compare_crs(known.front().scan->crs, info.crs).match ==
-                              formats::CrsMatch::kUnknown)
+    if (!known.empty() && known.front().facts != facts &&
+        formats::compare_crs(known.front().facts, facts).match == formats::CrsMatch::kUnknown)
       unlike.push_back(&info);
     if (std::ranges::find(known, facts, &KnownCrs::facts) == known.end())
-      known.push_back({&info, std::move(facts)});
+      known.push_back({&info, facts});
   }
   if (known.empty()) return;
   const ScanInfo* first = known.front().scan;

@@ -110,7 +110,8 @@ stages::TileSource source_from(const fs::path& folder) {
 /// Metres in a unit of each axis.
 std::array<double, 3> units_of(const formats::CrsFacts& facts, std::optional<double> given) {
   const double length = given.value_or(facts.unit_m.value_or(1));
-  const bool own_heights = !given && facts.kind != formats::CrsKind::kGeocentric;
+  // Where that of the heights alone is told, they would be scaled against the rest.
+  const bool own_heights = !given && facts.unit_m && facts.kind != formats::CrsKind::kGeocentric;
   return {length, length, own_heights ? facts.vertical_unit_m.value_or(length) : length};
 }
 

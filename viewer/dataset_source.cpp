@@ -96,8 +96,8 @@ DatasetSource::DatasetSource(const formats::DatasetReader& dataset, const LodTre
     range_ = middle_range(column_values(column, attribute));
 }
 
-void DatasetSource::load(NodeIndex node, NodePoints& points) const {
-  const NodeData data = dataset_.read_node(formats::NodeId{node}, sections_);
+void DatasetSource::load(NodeIndex node, NodePoints& points, const std::stop_token& stop) const {
+  const NodeData data = dataset_.read_node(formats::NodeId{node}, sections_, stop);
   const auto& header = dataset_.header();
   load_positions(header.grid, tree_.node(node).box, data, points.position);
   points.radius.clear();

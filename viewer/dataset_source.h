@@ -15,7 +15,7 @@ class DatasetSource : public NodeSource {
   /// Error (kInput) if the root is damaged.
   DatasetSource(const formats::DatasetReader& dataset, const LodTree& tree, const FramePlan& plan);
 
-  void load(NodeIndex node, NodePoints& points) const override;
+  void load(NodeIndex node, NodePoints& points, const std::stop_token& stop) const override;
   void expect(std::span<const NodeIndex> nodes) const override;
   bool ready(NodeIndex node) const override;
   void listen(const std::function<void()>& arrived) const override;

@@ -93,7 +93,7 @@ Selection Front::choose(const View& view, const SelectionLimits& limits, const N
 
 void Front::load_root(FrontFrame& frame) {
   NodePoints points;
-  source_.load(0, points);
+  source_.load(0, points, {});
   CAIRN_CHECK(put_into_slot(0, points));
   ++frame.forced_loads;
   ++frame.loads;

@@ -11,10 +11,7 @@ namespace cairn::viewer {
 NodeLoader::NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting)
     : source_(source), waiting_(waiting) {
   CAIRN_CHECK(threads >= 1 && waiting >= 1);
-  source_.listen([this] {
-    const std::lock_guard lock(mutex_);  // so that no thread is between looking and waiting
-    wake_.notify_all();
-  });
+  source_.listen([this] { wake(); });
   for (unsigned i = 0; i < threads; ++i)
     threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
 }
@@ -39,6 +36,12 @@ void NodeLoader::request(std::span<const NodeIndex> nodes) {
     if (source_.is_remote()) expected.assign(wishes_.rbegin(), wishes_.rend());
   }
   source_.expect(expected);
+  wake();
+}
+
+/// What is ready has changed, which the lock does not guard: no thread may be between looking and waiting.
+void NodeLoader::wake() {
+  const std::lock_guard lock(mutex_);
   wake_.notify_all();
 }
 
@@ -88,7 +91,7 @@ void NodeLoader::work(const std::stop_token& stop) {
     }
     lock.unlock();
     try {
-      source_.load(loaded.node, loaded.points);
+      source_.load(loaded.node, loaded.points, stop);
     } catch (...) {
       loaded.error = std::current_exception();
     }

@@ -45,6 +45,7 @@ class NodeLoader {
 
  private:
   void work(const std::stop_token& stop);
+  void wake();
   bool take_wish(NodeIndex& node);
 
   const NodeSource& source_;

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <span>
+#include <stop_token>
 
 #include "viewer/lod_tree.h"
 #include "viewer/point_columns.h"
@@ -14,7 +15,8 @@ class NodeSource {
   virtual ~NodeSource() = default;
   /// Fills `points` with a node's columns, in the order of its blocks; what they held before is room to write into. Any
   /// number of threads at a time. Throws formats::Error: kInput for a node that is damaged.
-  virtual void load(NodeIndex node, NodePoints& points) const = 0;
+  /// Throws Stopped: a network was waited for when `stop` was requested.
+  virtual void load(NodeIndex node, NodePoints& points, const std::stop_token& stop) const = 0;
 
   // For sources behind a network; on a disk these do nothing.
 

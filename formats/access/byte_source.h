@@ -79,7 +79,9 @@ class ByteSource {
   /// Names what the file holds: what is read from now on may be kept, and found again by a later run under this name.
   virtual void identify(std::uint64_t /*content*/) {}
   /// `arrived` is called by another thread, without locks, when a wish has become ready; never after the list is gone.
-  virtual std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived) const = 0;
+  /// `together_bytes`: what is of use only once all of it is there, ranges side by side in the list, has so many bytes at most.
+  virtual std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived,
+                                                   std::uint64_t together_bytes) const = 0;
   /// Whether reading it would not wait for a network; it may fail, though.
   virtual bool ready(const ByteRange& /*range*/) const { return true; }
   virtual bool is_remote() const { return false; }

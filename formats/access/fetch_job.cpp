@@ -11,7 +11,6 @@ namespace {
 constexpr std::uint64_t kBytesPerFailure = 64 << 10;
 /// A server may ask for this wait at most: then a viewer asks again, others fail.
 constexpr std::chrono::seconds kLongestRetryAfter{30};
-constexpr std::chrono::milliseconds kRateWindow{200};
 
 std::optional<std::string> take_text(ByteReader& from) {
   const auto size = from.read<std::uint32_t>();
@@ -35,26 +34,6 @@ std::chrono::milliseconds retry_delay(const AccessOptions& options, unsigned fai
 bool too_many_failures(const AccessOptions& options, unsigned failures,
                        std::uint64_t received_bytes) {
   return failures >= options.attempts + received_bytes / kBytesPerFailure;
-}
-
-void RateMeter::tick(Clock::time_point now, bool busy) {
-  if (!busy) {
-    since_.reset();
-    bytes_ = 0;
-    return;
-  }
-  if (!since_) since_ = now;
-  if (now - *since_ < kRateWindow) return;
-  const double rate =
-      static_cast<double>(bytes_) / std::chrono::duration<double>(now - *since_).count();
-  bytes_per_s_ = bytes_per_s_ == 0 ? rate : 0.5 * (bytes_per_s_ + rate);
-  since_ = now;
-  bytes_ = 0;
-}
-
-std::uint64_t RateMeter::bytes_under_way() const {
-  return static_cast<std::uint64_t>(
-      std::clamp(0.5 * bytes_per_s_, static_cast<double>(kLeast), static_cast<double>(kMost)));
 }
 
 std::vector<std::byte> encode_front(const Validators& validators, std::uint64_t file_size_bytes,

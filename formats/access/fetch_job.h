@@ -1,5 +1,5 @@
-// What the thread that fetches knows beside the table of ranges: one request with its retries, how fast bytes come, and fronts
-// as the disk keeps them.
+// What the thread that fetches knows beside the table of ranges: one request with its retries, and fronts as the disk keeps
+// them.
 #pragma once
 
 #include <chrono>
@@ -26,10 +26,9 @@ struct FetchJob {
   std::vector<std::byte> received;  ///< from the first key's offset on
   unsigned failures = 0;
   Clock::time_point first_failure{};
-  bool again = false;        ///< no cache on the way may answer
-  bool conditional = false;  ///< only if the file is another than the stored front's
-  bool sent = false;         ///< under way, not waiting for `due`
-  Clock::time_point due{};   ///< when to try again
+  bool again = false;       ///< no cache on the way may answer
+  bool sent = false;        ///< under way, not waiting for `due`
+  Clock::time_point due{};  ///< when to try again
 
   std::size_t file() const { return keys.front().file; }
   bool is_front() const { return keys.front().front; }
@@ -46,24 +45,6 @@ std::chrono::milliseconds retry_delay(const AccessOptions& options, unsigned fai
 /// Whether so many failures are too many: those are forgiven that brought bytes between them.
 bool too_many_failures(const AccessOptions& options, unsigned failures,
                        std::uint64_t received_bytes);
-
-/// How many bytes should be under way: about what the link brings in half a second. Less would not hide the latency of most
-/// networks, more would hold up what becomes urgent meanwhile.
-class RateMeter {
- public:
-  using Clock = std::chrono::steady_clock;
-  static constexpr std::uint64_t kLeast = 512 << 10, kMost = 16 << 20;
-
-  void add(std::uint64_t bytes) { bytes_ += bytes; }
-  /// To be called often; `busy`: something is under way.
-  void tick(Clock::time_point now, bool busy);
-  std::uint64_t bytes_under_way() const;
-
- private:
-  std::optional<Clock::time_point> since_;
-  std::uint64_t bytes_ = 0;
-  double bytes_per_s_ = 0;
-};
 
 /// A front that an earlier run kept, and the version that it is of.
 struct StoredFront {

@@ -166,6 +166,14 @@ std::string condition_of(const RangeQuestion& question) {
   return known.last_modified.empty() ? "" : "If-Unmodified-Since: " + known.last_modified;
 }
 
+/// Of the last request, if redirections led from one to the next.
+std::chrono::microseconds latency_of(const Transfer& transfer) {
+  curl_off_t sent = 0, answered = 0;
+  curl_easy_getinfo(transfer.easy.get(), CURLINFO_PRETRANSFER_TIME_T, &sent);
+  curl_easy_getinfo(transfer.easy.get(), CURLINFO_STARTTRANSFER_TIME_T, &answered);
+  return std::chrono::microseconds(answered > sent ? answered - sent : 0);
+}
+
 void add_header(Transfer& transfer, const std::string& line) {
   if (line.empty()) return;
   curl_slist* list = curl_slist_append(transfer.headers.get(), line.c_str());
@@ -261,6 +269,8 @@ void HttpTransfers::start(std::uint64_t number, const HttpRequest& request, Sink
 
 std::vector<HttpEnd> HttpTransfers::step(std::chrono::milliseconds wait) {
   CURLM* multi = state_->multi.get();
+  // What was started since is due at once, and ends the wait.
+  curl_multi_poll(multi, nullptr, 0, static_cast<int>(wait.count()), nullptr);
   int running = 0;
   if (curl_multi_perform(multi, &running) != CURLM_OK) throw std::bad_alloc();
   std::vector<HttpEnd> ends;
@@ -277,10 +287,10 @@ std::vector<HttpEnd> HttpTransfers::step(std::chrono::milliseconds wait) {
                     .judgement = judge_end(transfer, code),
                     .validators = transfer.answer.validators(),
                     .retry_after = transfer.answer.retry_after(),
-                    .reached = was_reached(transfer, code)});
+                    .reached = was_reached(transfer, code),
+                    .latency = latency_of(transfer)});
     std::erase_if(state_->transfers, [&](const Transfer& t) { return &t == &transfer; });
   }
-  if (ends.empty()) curl_multi_poll(multi, nullptr, 0, static_cast<int>(wait.count()), nullptr);
   return ends;
 }
 

@@ -34,6 +34,8 @@ struct HttpEnd {
   Validators validators;  ///< of the answer
   std::optional<std::chrono::seconds> retry_after;
   bool reached = false;  ///< a connection was made
+  /// From the request to the first byte of the answer; 0 if none came.
+  std::chrono::microseconds latency{0};
 };
 
 class HttpTransfers {
@@ -48,7 +50,7 @@ class HttpTransfers {
 
   std::size_t under_way() const;
   void start(std::uint64_t number, const HttpRequest& request, Sink sink);
-  /// Waits until something comes, or so long, or for wake(); returns what has ended.
+  /// Waits until something comes, or so long, or for wake(); takes it, and returns what has ended.
   std::vector<HttpEnd> step(std::chrono::milliseconds wait);
   void wake();
 

@@ -36,7 +36,7 @@ std::vector<SharedBytes> LocalSource::read(std::span<const ByteRange> ranges,
   return all;
 }
 
-std::unique_ptr<WishList> LocalSource::make_wish_list(std::function<void()>) const {
+std::unique_ptr<WishList> LocalSource::make_wish_list(std::function<void()>, std::uint64_t) const {
   return std::make_unique<NoWishes>();
 }
 

@@ -17,7 +17,8 @@ class LocalSource : public ByteSource {
   void expect_size(std::uint64_t size_bytes) override;
   std::vector<SharedBytes> read(std::span<const ByteRange> ranges,
                                 const std::stop_token& stop) const override;
-  std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived) const override;
+  std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived,
+                                           std::uint64_t together_bytes) const override;
 
  private:
   RandomAccessFile file_;

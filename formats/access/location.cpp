@@ -28,7 +28,7 @@ std::size_t scheme_size(std::string_view text) { return text.find("://") + 3; }
 void check_address(const std::string& text) {
   const std::string_view rest = std::string_view(text).substr(scheme_size(text));
   const std::string_view authority = rest.substr(0, rest.find_first_of("/?#"));
-  if (text.find('@') != std::string::npos && authority.find('@') != std::string_view::npos)
+  if (authority.find('@') != std::string_view::npos)
     refuse(text, "http(s)://HOST[:PORT]/FOLDER, without a user name");
   if (authority.empty() || authority.front() == ':')
     refuse(text, "http(s)://HOST[:PORT]/FOLDER, with a host");

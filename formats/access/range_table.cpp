@@ -72,15 +72,12 @@ void RangeTable::fail(const RangeKey& key, Failure failure) {
   drop_if_unused(key);
 }
 
-bool RangeTable::fail_wanted(const Failure& failure) {
-  bool any = false;
+void RangeTable::fail_wanted(const Failure& failure) {
   for (auto& [key, entry] : entries_) {
     if (entry.state != RangeState::kWanted) continue;
     entry.state = RangeState::kFailed;
     entry.failure = failure;
-    any = true;
   }
-  return any;
 }
 
 void RangeTable::want_now(const RangeKey& key) {
@@ -91,6 +88,15 @@ void RangeTable::want_now(const RangeKey& key) {
   urgent_.push_back(key);
 }
 
+void RangeTable::leave(const RangeKey& key) {
+  RangeEntry& entry = entries_.at(key);
+  if (--entry.waiting > 0) return;
+  if (entry.state == RangeState::kFailed)
+    forget(key);
+  else
+    drop_if_unused(key);
+}
+
 void RangeTable::want_again(const RangeKey& key) {
   forget(key);
   RangeEntry* entry = find(key);
@@ -99,7 +105,9 @@ void RangeTable::want_again(const RangeKey& key) {
   want_now(key);
 }
 
-RangeTable::List& RangeTable::add_list() { return lists_.emplace_back(); }
+RangeTable::List& RangeTable::add_list(std::uint64_t together_bytes) {
+  return lists_.emplace_back(List{.keys = {}, .together_bytes = together_bytes});
+}
 
 void RangeTable::remove_list(List& list) {
   replace(list, {}, {}, {});
@@ -148,16 +156,26 @@ std::optional<RangeKey> RangeTable::most_urgent(std::uint64_t room_bytes) {
     urgent_.pop_front();
     if (wanted(key)) return key;
   }
-  // What is wished for must find room beside what was fetched for wishes and is not used yet.
-  if (room_bytes == 0 || lists_.empty() || wished_bytes() + under_way_bytes_ >= memory_bytes_)
-    return std::nullopt;
+  if (room_bytes == 0) return std::nullopt;
   for (std::size_t i = 0; i < lists_.size(); ++i) {
     turn_ = (turn_ + 1) % lists_.size();
     List& list = *std::next(lists_.begin(), static_cast<std::ptrdiff_t>(turn_));
     while (list.next < list.keys.size() && !wanted(list.keys[list.next])) ++list.next;
-    if (list.next < list.keys.size()) return list.keys[list.next];
+    if (list.next < list.keys.size() && has_room(list)) return list.keys[list.next];
   }
   return std::nullopt;
+}
+
+/// What is wished for must find room beside what was fetched for wishes and is not used yet. Nothing could be used, though, if
+/// parts of it filled the memory: what is next in a list may go beyond, until all before it must be whole.
+bool RangeTable::has_room(const List& list) const {
+  if (wished_bytes() + under_way_bytes_ < memory_bytes_) return true;
+  std::uint64_t before = under_way_bytes_;
+  for (std::size_t i = 0; i < list.next; ++i) {
+    const RangeEntry& entry = entries_.at(list.keys[i]);
+    if (entry.state == RangeState::kHere) before += entry.bytes->size();
+  }
+  return before < std::max(memory_bytes_, list.together_bytes);
 }
 
 std::vector<RangeKey> RangeTable::with_neighbors(const RangeKey& key,

@@ -59,8 +59,9 @@ struct RangeEntry {
 class RangeTable {
  public:
   struct List {
-    std::vector<RangeKey> keys;  ///< the most urgent first
-    std::size_t next = 0;        ///< before it none is wanted
+    std::vector<RangeKey> keys;        ///< the most urgent first
+    std::size_t next = 0;              ///< before it none is wanted
+    std::uint64_t together_bytes = 0;  ///< see ByteSource::make_wish_list
   };
 
   explicit RangeTable(std::uint64_t memory_bytes) : memory_bytes_(memory_bytes) {}
@@ -78,16 +79,18 @@ class RangeTable {
   /// Bytes that have come. May push out what is neither wished for nor waited for, the least recently used first.
   void put(const RangeKey& key, SharedBytes bytes);
   void fail(const RangeKey& key, Failure failure);
-  /// Everything that is to be fetched fails for the same reason. Returns whether there was any.
-  bool fail_wanted(const Failure& failure);
+  /// Everything that is to be fetched fails for the same reason.
+  void fail_wanted(const Failure& failure);
   /// Counts as used now.
   void touch(RangeEntry& entry) { entry.used = ++clock_; }
   /// What came was damaged: it is wanted once more, before all else, unless nobody asks for it any more.
   void want_again(const RangeKey& key);
   /// Puts it before all wishes.
   void want_now(const RangeKey& key);
+  /// A thread waits no longer. What nobody asks for any more is not fetched, and its failure is forgotten.
+  void leave(const RangeKey& key);
 
-  List& add_list();
+  List& add_list(std::uint64_t together_bytes = 0);
   void remove_list(List& list);
   /// Wishes in the place of those before. `on_disk` tells of each key whether the disk has it, for those that are new.
   void replace(List& list, std::vector<RangeKey> keys,
@@ -95,7 +98,7 @@ class RangeTable {
                const std::vector<bool>& on_disk);
 
   /// The ranges that the next request is for, in ascending order, now under way; none if nothing is wanted or, of wishes, if
-  /// memory is full or `room_bytes` are not left.
+  /// memory is full of what can be used, or no room is left.
   std::vector<RangeKey> take_next(std::uint64_t room_bytes, const CoalesceLimits& limits);
 
   std::uint64_t held_bytes() const { return held_bytes_; }
@@ -104,6 +107,7 @@ class RangeTable {
   std::optional<RangeKey> most_urgent(std::uint64_t room_bytes);
   std::vector<RangeKey> with_neighbors(const RangeKey& key, const CoalesceLimits& limits) const;
   std::uint64_t wished_bytes() const;
+  bool has_room(const List& list) const;
   void evict();
   void drop_if_unused(const RangeKey& key);
 

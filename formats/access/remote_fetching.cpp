@@ -55,7 +55,7 @@ void RemoteFiles::step() {
   send_due_jobs();  // before what is new, or it might never come to their turn
   begin_jobs();
   for (const HttpEnd& end : transfers_.step(time_to_next())) finish(end);
-  rate_.tick(Clock::now(), transfers_.under_way() > 0);
+  link_.tick(Clock::now(), transfers_.under_way() > 0);
   if (std::exchange(news_, false)) tell_arrival();
   for (const auto& [name, bytes] : std::exchange(to_keep_, {})) disk_.write(name, *bytes);
   for (const std::string& name : std::exchange(to_remove_, {})) disk_.remove(name);
@@ -64,7 +64,7 @@ void RemoteFiles::step() {
 /// Takes from the table what is most urgent, as much as the link bears.
 void RemoteFiles::begin_jobs() {
   while (transfers_.under_way() < options_.connections) {
-    const std::uint64_t most = rate_.bytes_under_way(), now = bytes_under_way();
+    const std::uint64_t most = link_.bytes_under_way(), now = bytes_under_way();
     std::vector<RangeKey> keys;
     bool again = false;
     {
@@ -88,17 +88,19 @@ void RemoteFiles::send_due_jobs() {
 }
 
 void RemoteFiles::send(FetchJob& job) {
-  HttpRequest request{.url = {}, .question = {}, .fresh = job.again};
+  HttpRequest request;
   {
     const std::lock_guard lock(mutex_);
     const File& file = files_[job.file()];
     request.url = file.url;
+    request.fresh = job.again || file.fresh;
     request.question = {.first = job.first() + job.received.size(),
                         .last = job.end() - 1,
                         .size_bytes = file.size_bytes,
                         .validators = file.validators};
-    job.conditional = job.is_front() && file.stored_front && !job.again && job.received.empty();
-    if (job.conditional) {
+    const bool conditional =
+        job.is_front() && file.stored_front && !job.again && job.received.empty();
+    if (conditional) {
       request.question.validators = file.stored_front->validators;
       request.question.unless_same = true;
     }
@@ -129,7 +131,7 @@ std::uint64_t RemoteFiles::bytes_under_way() const {
 
 /// Hands over each range as soon as it is whole: those behind it in the same answer may take long.
 void RemoteFiles::take(FetchJob& job, std::span<const std::byte> bytes) {
-  rate_.add(bytes.size());
+  link_.add(bytes.size());
   last_success_ = Clock::now();
   job.received.insert(job.received.end(), bytes.begin(), bytes.end());
   {
@@ -195,6 +197,7 @@ void RemoteFiles::finish(const HttpEnd& end) {
   FetchJob& job = *at;
   job.sent = false;
   reached_ |= end.reached;
+  link_.add_latency(end.latency);
   const Judgement& judgement = end.judgement;
   if (judgement.verdict != Verdict::kGood && !job.is_front() && job.delivered == job.keys.size()) {
     // Nothing is missing, however it ended.
@@ -212,10 +215,10 @@ void RemoteFiles::finish(const HttpEnd& end) {
     return give_up(job,
                    failure_of(judgement, files_[job.file()].url, job.first() + job.received.size(),
                               job.failures + 1),
-                   !end.reached);
+                   /*unreachable=*/false);
   }
   const std::lock_guard lock(mutex_);
-  if (auto failure = pin(job, end)) return give_up(job, *failure, false);
+  if (auto failure = pin(job, end)) return give_up(job, *failure, /*unreachable=*/false);
   last_success_ = Clock::now();
   if (job.is_front()) finish_front(job, judgement.verdict == Verdict::kSame);
   jobs_.erase(at);

@@ -112,7 +112,7 @@ void RemoteFiles::forget(std::size_t file, const RangeKey& front) {
     };
     // An answer to what was asked before would be taken for the new one.
     if (!wait_until(lock, {}, [&] { return broken_ || !under_way(); })) throw Stopped{};
-    files_[file] = {.url = files_[file].url, .looked_for_front = true};
+    files_[file] = {.url = files_[file].url, .fresh = true, .looked_for_front = true};
     table_.forget_file(file);
     stored = front_key(files_[file]);
   }
@@ -168,8 +168,9 @@ bool RemoteFiles::ready(std::size_t file, const ByteRange& range) {
 }
 
 std::unique_ptr<WishList> RemoteFiles::make_wish_list(std::size_t file,
-                                                      std::function<void()> arrived) {
-  return std::make_unique<Wishes>(*this, file, std::move(arrived));
+                                                      std::function<void()> arrived,
+                                                      std::uint64_t together_bytes) {
+  return std::make_unique<Wishes>(*this, file, std::move(arrived), together_bytes);
 }
 
 AccessStatistics RemoteFiles::statistics() const {
@@ -245,7 +246,7 @@ void RemoteFiles::wait_for(std::unique_lock<std::mutex>& lock, const std::vector
   };
   const auto over = [&] { return broken_ || std::ranges::all_of(keys, is_over); };
   if (wait_until(lock, stop, over)) return;
-  for (const RangeKey& key : keys) --table_.at(key).waiting;
+  for (const RangeKey& key : keys) table_.leave(key);
   throw Stopped{};
 }
 

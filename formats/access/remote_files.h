@@ -23,6 +23,7 @@
 #include "formats/access/disk_cache.h"
 #include "formats/access/fetch_job.h"
 #include "formats/access/http_transfers.h"
+#include "formats/access/link_meter.h"
 #include "formats/access/range_table.h"
 
 namespace cairn::formats {
@@ -48,7 +49,8 @@ class RemoteFiles {
   std::vector<SharedBytes> read(std::size_t file, std::span<const ByteRange> ranges,
                                 const std::stop_token& stop);
   bool ready(std::size_t file, const ByteRange& range);
-  std::unique_ptr<WishList> make_wish_list(std::size_t file, std::function<void()> arrived);
+  std::unique_ptr<WishList> make_wish_list(std::size_t file, std::function<void()> arrived,
+                                           std::uint64_t together_bytes);
 
   AccessStatistics statistics() const;
 
@@ -60,6 +62,7 @@ class RemoteFiles {
     std::optional<std::uint64_t> size_bytes;
     std::optional<std::uint64_t> expected_size_bytes;
     std::optional<std::uint64_t> content;
+    bool fresh = false;  ///< no cache on the way may answer
     bool looked_for_front = false;
     std::optional<StoredFront> stored_front;
   };
@@ -122,7 +125,7 @@ class RemoteFiles {
   HttpTransfers transfers_;
   std::list<FetchJob> jobs_;
   std::uint64_t next_number_ = 0;
-  RateMeter rate_;
+  LinkMeter link_;
   bool reached_ = false;                        ///< a connection was made
   FetchJob::Clock::time_point last_success_{};  ///< when bytes came last
   bool news_ = false;                           ///< something has become ready in this step
@@ -153,8 +156,9 @@ class RemoteSource : public ByteSource {
   void keep_front(std::span<const std::byte> bytes) override { files_->keep_front(number_, bytes); }
   void expect_size(std::uint64_t size_bytes) override { files_->expect_size(number_, size_bytes); }
   void identify(std::uint64_t content) override { files_->identify(number_, content); }
-  std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived) const override {
-    return files_->make_wish_list(number_, std::move(arrived));
+  std::unique_ptr<WishList> make_wish_list(std::function<void()> arrived,
+                                           std::uint64_t together_bytes) const override {
+    return files_->make_wish_list(number_, std::move(arrived), together_bytes);
   }
   bool ready(const ByteRange& range) const override { return files_->ready(number_, range); }
   bool is_remote() const override { return true; }

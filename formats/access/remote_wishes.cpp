@@ -2,11 +2,12 @@
 
 namespace cairn::formats {
 
-RemoteFiles::Wishes::Wishes(RemoteFiles& files, std::size_t file, std::function<void()> arrived)
+RemoteFiles::Wishes::Wishes(RemoteFiles& files, std::size_t file, std::function<void()> arrived,
+                            std::uint64_t together_bytes)
     : files_(files), file_(file), arrived_(std::move(arrived)) {
   {
     const std::lock_guard lock(files_.mutex_);
-    list_ = &files_.table_.add_list();
+    list_ = &files_.table_.add_list(together_bytes);
   }
   const std::lock_guard lock(files_.listeners_mutex_);
   files_.listeners_.push_back(this);

@@ -13,7 +13,8 @@ namespace cairn::formats {
 
 class RemoteFiles::Wishes : public WishList {
  public:
-  Wishes(RemoteFiles& files, std::size_t file, std::function<void()> arrived);
+  Wishes(RemoteFiles& files, std::size_t file, std::function<void()> arrived,
+         std::uint64_t together_bytes);
   ~Wishes() override;
   void replace(std::span<const ByteRange> ranges) override;
   void tell() const {

@@ -10,6 +10,15 @@
 namespace cairn::formats {
 namespace {
 
+/// Of one node: nothing of it can be used before all of it is there.
+std::uint64_t most_node_bytes(const DatasetReader& dataset, const SectionSet& wanted) {
+  std::uint64_t most = 0;
+  if (!dataset.is_remote()) return most;
+  for (std::uint64_t id = 0; id < dataset.nodes().size(); ++id)
+    most = std::max(most, dataset.size_bytes(NodeId{id}, wanted));
+  return most;
+}
+
 /// What is asked for first of a remote dataset, all at once: of most all of the index (400 nodes, which is 26 million points)
 /// and of the metadata; of the nodes a byte, which tells that they are there, and how many bytes.
 constexpr std::size_t kIndexFront = 256 << 10, kMetadataFront = 128 << 10, kNodesFront = 1;
@@ -121,7 +130,8 @@ NodeWishes::NodeWishes(const DatasetReader& dataset, const SectionSet& wanted,
                        std::function<void()> arrived)
     : dataset_(dataset),
       wanted_(wanted),
-      list_(dataset.files_.nodes->make_wish_list(std::move(arrived))) {}
+      list_(dataset.files_.nodes->make_wish_list(std::move(arrived),
+                                                 most_node_bytes(dataset, wanted))) {}
 
 void NodeWishes::replace(std::span<const NodeId> nodes) {
   if (!dataset_.is_remote()) return;

@@ -7,6 +7,7 @@
 
 #include "formats/error.h"
 #include "formats/python/arrays.h"
+#include "formats/stopped.h"
 
 namespace cairn::formats::python {
 namespace {
@@ -63,6 +64,7 @@ py::tuple Reading::node(std::size_t place) {
 }
 
 NodeData Reading::read(NodeId id) {
+  if (stop_.stop_requested()) throw Stopped{};  // nothing of what a pool of threads has left to do
   {
     const std::lock_guard lock(mutex_);
     if (ahead_) ahead_->next();

@@ -39,15 +39,26 @@ std::optional<std::uint32_t> epsg_code(const WktNode& node) {
   return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(code) : std::nullopt;
 }
 
-bool is_length(double metres) { return std::isfinite(metres) && metres > 0; }
+/// A unit that anything could be measured in, from a micrometre up to about a light second.
+bool is_length(double metres) { return metres >= 1e-6 && metres <= 1e9; }
 
-/// Metres in the unit of a system's coordinates; of WKT 2 the unit may stand with an axis.
-std::optional<double> length_unit(const WktNode& crs) {
-  const WktNode* unit = crs.child("UNIT", "LENGTHUNIT");
-  if (unit == nullptr)
-    if (const WktNode* axis = crs.child("AXIS")) unit = axis->child("UNIT", "LENGTHUNIT");
+/// Metres in the unit of a system's coordinates, or of an axis.
+std::optional<double> own_length_unit(const WktNode& node) {
+  const WktNode* unit = node.child("UNIT", "LENGTHUNIT");
   if (unit == nullptr || unit->numbers.empty() || !is_length(unit->numbers[0])) return std::nullopt;
   return unit->numbers[0];
+}
+
+/// Of WKT 2 the units may stand with the axes, that of heights with the third.
+std::optional<double> axis_length_unit(const WktNode& crs, std::size_t axis) {
+  for (const WktNode& node : crs.children)
+    if (node.keyword == "AXIS" && axis-- == 0) return own_length_unit(node);
+  return std::nullopt;
+}
+
+std::optional<double> length_unit(const WktNode& crs) {
+  const auto unit = own_length_unit(crs);
+  return unit ? unit : axis_length_unit(crs, 0);
 }
 
 void add_number(const std::string& name, double number, CrsFacts& facts) {
@@ -73,11 +84,15 @@ std::optional<CrsKind> kind_of(std::optional<WktSystem> system) {
 }
 
 void add_horizontal(const WktNode& crs, CrsFacts& facts) {
-  const auto kind = kind_of(wkt_system(crs));
-  if (!kind) return;
+  const auto system = wkt_system(crs);
+  const auto kind = kind_of(system);
+  if (!kind && system != WktSystem::kLocal) return;
+  if (kind != CrsKind::kGeographic) facts.unit_m = length_unit(crs);
+  if (const auto height = axis_length_unit(crs, 2); height && kind != CrsKind::kGeocentric)
+    facts.vertical_unit_m = height;
+  if (!kind) return;  // of a site of its own nothing more is told
   facts.kind = kind;
   facts.code = epsg_code(crs);
-  if (kind != CrsKind::kGeographic) facts.unit_m = length_unit(crs);
   add_numbers(crs, facts);
 }
 
@@ -86,16 +101,13 @@ void add_wkt(const WktNode& crs, CrsFacts& facts) {
   if (system == WktSystem::kBound) {
     const WktNode* source = crs.child("SOURCECRS");
     if (source != nullptr && !source->children.empty()) add_wkt(source->children[0], facts);
-    return;
-  }
-  if (system != WktSystem::kCompound) return add_horizontal(crs, facts);
-  for (const WktNode& part : crs.children) {
-    if (wkt_system(part) == WktSystem::kVertical) {
-      facts.vertical_code = epsg_code(part);
-      facts.vertical_unit_m = length_unit(part);
-    } else {
-      add_wkt(part, facts);
-    }
+  } else if (system == WktSystem::kCompound) {
+    for (const WktNode& part : crs.children) add_wkt(part, facts);
+  } else if (system == WktSystem::kVertical) {
+    facts.vertical_code = epsg_code(crs);
+    facts.vertical_unit_m = length_unit(crs);
+  } else {
+    add_horizontal(crs, facts);
   }
 }
 
@@ -154,8 +166,9 @@ void add_geo_keys(const std::map<std::uint16_t, double>& keys, CrsFacts& facts) 
   const bool lengths = facts.kind != CrsKind::kGeographic;
   if (!facts.code)
     facts.code = lengths && facts.kind != CrsKind::kGeocentric ? code(kProjected) : code(kGeodetic);
-  // GeoTIFF 1.0 had heights' codes of its own, below those of the registry.
-  if (const auto vertical = code(kVertical); !facts.vertical_code && vertical > 5106U)
+  // GeoTIFF 1.0 had heights' codes of its own, 5001 to 5106, where the registry has none.
+  if (const auto vertical = code(kVertical);
+      !facts.vertical_code && vertical && (*vertical < 5001 || *vertical > 5106))
     facts.vertical_code = vertical;
   if (!facts.unit_m && lengths) {
     if (const auto size = value(kUnitSize); size && is_length(*size)) facts.unit_m = size;

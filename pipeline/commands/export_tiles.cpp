@@ -31,7 +31,9 @@ formats::GeographicPlace place_of(const std::string& text) {
 }
 
 std::string units_of(const TilesResult& result) {
-  if (!result.unit_is_told) return "coordinates were taken as metres: nothing tells their unit";
+  if (!result.unit_is_told)
+    return "coordinates were taken as metres: nothing tells the unit of x and y "
+           "(--metres-per-unit)";
   std::string text = fmt::format("a unit of the dataset is {} m", significant(result.unit_m[0], 8));
   if (result.unit_m[2] != result.unit_m[0])
     text += fmt::format(", one of height {} m", significant(result.unit_m[2], 8));
@@ -79,7 +81,7 @@ TilesExport::TilesExport(CLI::App& parser)
                       "3dtiles: metres in a unit of all coordinates [as the coordinate reference "
                       "system tells of each, else 1]")
           ->option_text("NUMBER")
-          ->check(CLI::PositiveNumber),
+          ->check(CLI::Range(1e-6, 1e9)),
       parser
           .add_option("--colors-for", colors_for_,
                       "3dtiles: any client, or cesiumjs, whose dark colors are a little off "

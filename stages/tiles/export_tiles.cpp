@@ -17,7 +17,8 @@ using formats::NodeId;
 
 TileFrame frame_of(const DatasetReader& dataset, const TilesOptions& options) {
   const formats::GridBox& box = dataset.record(NodeId{0}).box;
-  TileFrame frame{.metres_per_unit = *std::ranges::max_element(options.unit_m)};
+  TileFrame frame{.metres_per_unit = *std::ranges::max_element(options.unit_m),
+                  .unit_m = options.unit_m};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     frame.step_m[axis] = dataset.header().grid.step[axis] * options.unit_m[axis];
     const bool on_the_ground = axis == 2 && !options.geocentric;

@@ -163,7 +163,8 @@ TileColumn TileContentMaker::color_column(const NodeData& node) const {
   return column;
 }
 
-/// Normals in the frame of the codes, which the node's matrix stretches: its inverse transpose gives them back.
+/// Normals in the frame of the codes, which the node's matrix stretches: its inverse transpose makes of them those of the
+/// surface in metres, which are not the dataset's where axes have several units.
 TileColumn TileContentMaker::normal_column(const NodeData& node,
                                            const std::array<double, 3>& scale) const {
   const Attribute& attribute = dataset_.header().schema[*normal_];
@@ -174,7 +175,7 @@ TileColumn TileContentMaker::normal_column(const NodeData& node,
     double squared = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       normal[axis] =
-          scale[axis] *
+          scale[axis] / frame_.unit_m[axis] *
           formats::load_scalar(&node.attributes[*normal_][(3 * i + axis) * width], attribute.type);
       squared += normal[axis] * normal[axis];
     }

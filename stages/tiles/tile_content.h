@@ -20,6 +20,7 @@ namespace cairn::stages {
 struct TileFrame {
   double metres_per_unit =
       1;  ///< of the axis whose unit is the longest: bounds lengths in any direction
+  std::array<double, 3> unit_m{1, 1, 1};  ///< metres in a unit of each axis
   std::array<double, 3> step_m{1, 1, 1};  ///< metres a grid step
   formats::GridPoint origin{0, 0, 0};
 

@@ -108,6 +108,46 @@ TEST(CrsFacts, OfTwoSystemsInARow) {
   EXPECT_EQ(unit_name(facts.vertical_unit_m.value()), "US survey foot");
 }
 
+TEST(CrsFacts, OfASiteOfItsOwnUnitsAreTold) {
+  const std::string site = "LOCAL_CS[\"site\",UNIT[\"foot\",0.3048]]";
+  const CrsFacts facts = crs_facts(wkt(site));
+  EXPECT_FALSE(facts.kind);
+  EXPECT_EQ(facts.unit_m, 0.3048);
+  EXPECT_FALSE(facts.vertical_unit_m);
+  const std::string heights = "VERT_CS[\"h\",VERT_DATUM[\"d\",2005],UNIT[\"metre\",1]]";
+  for (const std::string& both : {site + "," + heights, heights + "," + site}) {
+    const CrsFacts compound = crs_facts(wkt("COMPD_CS[\"x\"," + both + "]"));
+    EXPECT_EQ(compound.unit_m, 0.3048);
+    EXPECT_EQ(compound.vertical_unit_m, 1);
+  }
+}
+
+TEST(CrsFacts, HeightsMayBeBoundOrTheThirdAxis) {
+  const CrsFacts bound = crs_facts(
+      wkt("COMPOUNDCRS[\"x\",PROJCRS[\"p\",CS[Cartesian,2],AXIS[\"E\",east],AXIS[\"N\",north],"
+          "LENGTHUNIT[\"metre\",1]],BOUNDCRS[SOURCECRS[VERTCRS[\"NAVD88 height (ftUS)\","
+          "VDATUM[\"NAVD 88\"],CS[vertical,1],AXIS[\"up\",up,LENGTHUNIT[\"US survey foot\","
+          "0.304800609601219]],ID[\"EPSG\",6360]]],TARGETCRS[GEOGCRS[\"g\"]]]]"));
+  EXPECT_EQ(bound.unit_m, 1);
+  EXPECT_EQ(bound.vertical_code, 6360U);
+  EXPECT_EQ(unit_name(bound.vertical_unit_m.value()), "US survey foot");
+  const CrsFacts axes = crs_facts(
+      wkt("PROJCRS[\"p\",CS[Cartesian,3],AXIS[\"E\",east,LENGTHUNIT[\"foot\",0.3048]],"
+          "AXIS[\"N\",north,LENGTHUNIT[\"foot\",0.3048]],AXIS[\"h\",up,LENGTHUNIT[\"metre\",1]]]"));
+  EXPECT_EQ(axes.unit_m, 0.3048);
+  EXPECT_EQ(axes.vertical_unit_m, 1);
+}
+
+/// EGM2008 height is EPSG:3855, in metres; 5103 is GeoTIFF 1.0's own NAVD88.
+TEST(CrsFacts, HeightsOfLowCodesAreKnownThoseOfOldGeoTiffAreNot) {
+  const CrsFacts facts = crs_facts(keys({{1024, 1}, {3072, 2264}, {4096, 3855}}));
+  EXPECT_EQ(unit_name(facts.unit_m.value()), "US survey foot");
+  EXPECT_EQ(facts.vertical_code, 3855U);
+  EXPECT_EQ(facts.vertical_unit_m, 1);
+  for (const std::uint16_t old : {5001, 5103, 5106})
+    EXPECT_FALSE(crs_facts(keys({{1024, 1}, {3072, 2264}, {4096, old}})).vertical_code) << old;
+}
+
 TEST(CrsFacts, CodesTellUnitsThatNothingElseDoes) {
   const CrsFacts feet = crs_facts(keys({{1024, 1}, {3072, 2264}, {4096, 6360}}));
   EXPECT_EQ(feet.unit_m, 1200.0 / 3937);
@@ -281,8 +321,11 @@ TEST(CompareCrs, UserDefinedKeysAreHeldAgainstWhatTheyTell) {
 }
 
 TEST(CompareCrs, WhatTellsTooLittleIsUnknown) {
-  EXPECT_EQ(match(keys({{3072, 2994}}), wkt("LOCAL_CS[\"site\",UNIT[\"metre\",1]]")),
+  EXPECT_EQ(match(keys({{3072, 2994}}), wkt("LOCAL_CS[\"site\",UNIT[\"foot\",0.3048]]")),
             CrsMatch::kUnknown);
+  EXPECT_EQ(match(keys({{3072, 2994}}), wkt("LOCAL_CS[\"site\",UNIT[\"metre\",1]]")),
+            CrsMatch::kDifferent)
+      << "feet";
   EXPECT_EQ(match(keys({{3072, 26910}}), wkt(utm(10, kMetre, ""))), CrsMatch::kUnknown);
 }
 

@@ -168,6 +168,11 @@ TEST_F(E57Damage, XmlThatIsTooMuchIsRefused) {
   file.root_xml.clear();
   for (int i = 0; i < 1000000; ++i) file.root_xml += "<a/>";
   EXPECT_THAT(refusal(file.bytes()), HasSubstr("too large"));
+  file.root_xml = "<coordinateMetadata type=\"String\">LOCAL_CS[\"a" + std::string(1 << 20, 'a') +
+                  "\"]</coordinateMetadata>";
+  EXPECT_EQ(read(file.bytes()), 1U);
+  file.scans.resize(200, {.streams = test::e57_line(1)});
+  EXPECT_THAT(refusal(file.bytes()), HasSubstr("too large for so many scans"));
   EXPECT_THAT(refusal_with_xml("</points>", "</prints>"), HasSubstr("damaged XML"));
   EXPECT_THAT(refusal_with_xml("</e57Root>", ""), HasSubstr("damaged XML"));
   EXPECT_THAT(refusal_with_xml("<?xml version=\"1.0\" encoding=\"UTF-8\"?>", "<a/>"),

@@ -40,7 +40,7 @@ class DatasetSourceTest : public testing::Test {
 
   NodePoints load(NodeIndex node, const FramePlan& plan) const {
     NodePoints points;
-    DatasetSource(*dataset_, *tree_, plan).load(node, points);
+    DatasetSource(*dataset_, *tree_, plan).load(node, points, {});
     return points;
   }
   NodeData data(NodeIndex node) const {
@@ -99,7 +99,7 @@ TEST_F(DatasetSourceTest, ColumnsThatThePlanDoesNotDrawFromAreEmpty) {
   EXPECT_EQ(points.color.size(), count);
   EXPECT_EQ(points.normal.size(), count);
   // The same columns are filled again, as a loader does.
-  DatasetSource(*dataset_, *tree_, {}).load(2, points);
+  DatasetSource(*dataset_, *tree_, {}).load(2, points, {});
   EXPECT_EQ(points.position.size(), data(2).count());
   EXPECT_TRUE(points.radius.empty());
   EXPECT_TRUE(points.color.empty());

@@ -30,7 +30,7 @@ class DelayedSource : public NodeSource {
   DelayedSource(std::uint64_t seed, std::uint32_t damaged_of_100)
       : seed_(seed), damaged_of_100_(damaged_of_100) {}
 
-  void load(NodeIndex node, NodePoints& points) const override {
+  void load(NodeIndex node, NodePoints& points, const std::stop_token&) const override {
     std::mt19937_64 random(seed_ * 1'000'003 + node);
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 800));
     if (is_damaged(node)) formats::throw_input({.what = "damaged", .found = std::to_string(node)});
@@ -195,7 +195,9 @@ TEST(Front, ADamagedRootIsAnError) {
   std::mt19937_64 random(3);
   const LodTree tree = make_random_tree({}, random);
   class NoSource : public NodeSource {
-    void load(NodeIndex, NodePoints&) const override { formats::throw_input({.what = "damaged"}); }
+    void load(NodeIndex, NodePoints&, const std::stop_token&) const override {
+      formats::throw_input({.what = "damaged"});
+    }
   } const source;
   Watched front(tree, source, {});
   const View view(camera_around(tree.node(0).box, kSize), kSize, 1e-3);
@@ -250,7 +252,7 @@ TEST(Front, PrefetchHasWhatATurnBringsIntoThePicture) {
 /// A network that brings the root, and all else only while it is up.
 class FlakyNetwork : public NodeSource {
  public:
-  void load(NodeIndex node, NodePoints& points) const override {
+  void load(NodeIndex node, NodePoints& points, const std::stop_token&) const override {
     ++asked_;
     if (node != 0 && !up_)
       throw formats::Error(formats::ErrorKind::kSystem,

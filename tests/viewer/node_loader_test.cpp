@@ -18,7 +18,7 @@ namespace {
 /// Gives each node as many points as its number, after a while; node 13 is damaged.
 class SlowSource : public NodeSource {
  public:
-  void load(NodeIndex node, NodePoints& points) const override {
+  void load(NodeIndex node, NodePoints& points, const std::stop_token&) const override {
     std::this_thread::sleep_for(std::chrono::microseconds(node * 37 % 500));
     points.position.assign(node, glm::vec3(static_cast<float>(node)));
     ++loads_;
@@ -113,6 +113,49 @@ TEST(NodeLoader, EndsWithWishesLeft) {
     loader.request(wishes);
   }
   EXPECT_LT(source.loads(), 1000u);
+}
+
+/// Has its nodes once it is told of them, while a thread looks.
+class FoundOnDisk : public NodeSource {
+ public:
+  void load(NodeIndex, NodePoints& points, const std::stop_token&) const override {
+    points.position.assign(1, glm::vec3(0));
+  }
+  void expect(std::span<const NodeIndex> nodes) const override {
+    if (nodes.empty()) return;
+    loader->take();  // which wakes the thread
+    while (!looked_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    there_ = true;
+  }
+  bool ready(NodeIndex) const override {
+    const bool there = there_;
+    looked_ = true;
+    if (!there) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return there;
+  }
+  bool is_remote() const override { return true; }
+
+  NodeLoader* loader = nullptr;
+
+ private:
+  mutable std::atomic<bool> looked_ = false;
+  mutable std::atomic<bool> there_ = false;
+};
+
+TEST(NodeLoader, WhatBecomesReadyWhileAThreadLooksIsNotSleptThrough) {
+  FoundOnDisk source;
+  NodeLoader loader(source, 1, 100);
+  source.loader = &loader;
+  loader.request(std::vector<NodeIndex>{1});
+  std::stop_source stop;
+  std::jthread impatient([&](const std::stop_token& ended) {
+    for (int i = 0; i < 1000 && !ended.stop_requested(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    stop.request_stop();
+  });
+  loader.wait(stop.get_token());
+  impatient.request_stop();
+  EXPECT_EQ(loader.take().size(), 1u);
 }
 
 }  // namespace

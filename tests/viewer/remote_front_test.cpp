@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 /// A network that brings what the test lets come.
 class SlowNetwork : public NodeSource {
  public:
-  void load(NodeIndex node, NodePoints& points) const override {
+  void load(NodeIndex node, NodePoints& points, const std::stop_token&) const override {
     const std::lock_guard lock(mutex_);
     EXPECT_TRUE(here_.contains(node)) << "a thread would have waited for " << node;
     points.position.assign(node, glm::vec3(0));

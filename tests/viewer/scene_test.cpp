@@ -20,7 +20,7 @@ constexpr PictureSize kSize{640, 400};
 
 class OnePointSource : public NodeSource {
  public:
-  void load(NodeIndex, NodePoints& points) const override {
+  void load(NodeIndex, NodePoints& points, const std::stop_token&) const override {
     points.position.assign(1, glm::vec3(0));
   }
 };

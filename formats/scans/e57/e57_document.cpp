@@ -114,6 +114,11 @@ class DocumentReader {
       where_ = fmt::format("scan {}", document.scans.size() + 1);
       document.scans.push_back(read_scan(scan));
     }
+    // Each scan carries its own copy.
+    const std::uint64_t copies = document.scans.size() * document.coordinate_metadata.size();
+    if (copies > kMostParsedBytes)
+      refuse("the coordinate metadata is too large for so many scans",
+             fmt::format("{} bytes in all", copies), fmt::format("at most {}", kMostParsedBytes));
     return document;
   }
 

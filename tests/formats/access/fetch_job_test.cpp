@@ -34,27 +34,6 @@ TEST(FetchJob, ProgressForgivesFailures) {
   EXPECT_TRUE(too_many_failures(options, 4, 64 << 10));
 }
 
-TEST(RateMeter, HalfASecondOfTheLinkIsUnderWay) {
-  RateMeter meter;
-  RateMeter::Clock::time_point now{};
-  EXPECT_EQ(meter.bytes_under_way(), RateMeter::kLeast);
-  for (int i = 0; i < 200; ++i) {  // 4 MB/s
-    meter.tick(now, true);
-    now += milliseconds(50);
-    meter.add(200'000);
-  }
-  EXPECT_NEAR(static_cast<double>(meter.bytes_under_way()), 2e6, 1e5);
-  for (int i = 0; i < 200; ++i) {  // 1 GB/s
-    meter.tick(now, true);
-    now += milliseconds(50);
-    meter.add(50'000'000);
-  }
-  EXPECT_EQ(meter.bytes_under_way(), RateMeter::kMost);
-  // Where nothing is asked for nothing is learned.
-  for (int i = 0; i < 10; ++i) meter.tick(now += seconds(1), false);
-  EXPECT_EQ(meter.bytes_under_way(), RateMeter::kMost);
-}
-
 TEST(StoredFront, ComesBackAndAnythingElseDoesNot) {
   const std::vector<std::byte> bytes(100, std::byte{7});
   const Validators validators{"\"tag\"", "Fri, 07 Nov 2014 23:59:59 GMT"};

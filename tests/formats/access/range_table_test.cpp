@@ -123,6 +123,43 @@ TEST_F(RangeTableTest, WishesStopWhereMemoryIsFullAndGoOnOnceItIsUsed) {
   EXPECT_LE(table_.held_bytes(), 1000u);
 }
 
+/// Of a node that is larger than the memory nothing could be used before its last section is there.
+TEST_F(RangeTableTest, WhatIsOfUseOnlyTogetherComesWholeWhateverItsSize) {
+  RangeTable::List& list = table_.add_list(/*together_bytes=*/3000);
+  std::vector<RangeKey> keys;
+  for (std::uint64_t i = 0; i < 60; ++i) keys.push_back(key(i * 1000));
+  wish(list, keys);
+  int taken = 0;
+  for (; const auto offset = next(); ++taken) table_.put(key(*offset), bytes(100));
+  EXPECT_EQ(taken, 30);
+}
+
+TEST_F(RangeTableTest, PartsOfWhatIsLessUrgentDoNotHoldUpTheRest) {
+  RangeTable::List& list = table_.add_list(/*together_bytes=*/500);
+  std::vector<RangeKey> keys;
+  for (std::uint64_t i = 0; i < 20; ++i) keys.push_back(key(i * 1000));
+  wish(list, keys);
+  for (int i = 0; i < 10; ++i) table_.put(key(*next()), bytes(100));
+  EXPECT_EQ(next(), std::nullopt);
+  keys.insert(keys.begin(), {key(30'000), key(31'000)});
+  wish(list, keys);
+  EXPECT_EQ(next(), 30'000u);
+  EXPECT_EQ(next(), 31'000u);
+}
+
+TEST_F(RangeTableTest, WhatNobodyWaitsForAnyMoreIsNeitherFetchedNorKeptAsFailed) {
+  for (const std::uint64_t offset : {0, 5000}) {
+    ++table_.at(key(offset)).waiting;
+    table_.want_now(key(offset));
+  }
+  EXPECT_EQ(next(), 0u);
+  table_.fail(key(0), {ErrorKind::kSystem, {.what = "gone"}});
+  table_.leave(key(0));
+  table_.leave(key(5000));
+  EXPECT_EQ(table_.find(key(0)), nullptr);
+  EXPECT_EQ(next(), std::nullopt);
+}
+
 TEST_F(RangeTableTest, TheLeastRecentlyUsedGoesFirst) {
   for (std::uint64_t i = 0; i < 10; ++i) table_.put(key(i * 1000), bytes(100));
   table_.touch(*table_.find(key(0)));
@@ -138,7 +175,8 @@ TEST_F(RangeTableTest, AFailureIsKeptForThoseWhoWishAndForgottenWithThem) {
   EXPECT_EQ(next(), 0u);
   table_.fail(key(0), {ErrorKind::kSystem, {.what = "gone"}});
   EXPECT_EQ(table_.find(key(0))->state, RangeState::kFailed);
-  EXPECT_TRUE(table_.fail_wanted({ErrorKind::kSystem, {.what = "gone"}}));
+  table_.fail_wanted({ErrorKind::kSystem, {.what = "gone"}});
+  EXPECT_EQ(table_.find(key(5000))->state, RangeState::kFailed);
   EXPECT_EQ(next(), std::nullopt);
   wish(list, {});
   EXPECT_EQ(table_.find(key(0)), nullptr);

@@ -64,6 +64,14 @@ class Threads(SurveyCase):
             self.assertEqual(outcomes.count("the dataset is closed"), 3)
             self.assertTrue(all(outcome in (20_000, "the dataset is closed") for outcome in outcomes))
 
+    def test_what_was_stopped_reads_nothing_more(self):
+        reading = self.site._reader.reading([0, 1], [], False, False, False)
+        self.assertEqual(len(reading.node(0)[0]), len(self.site.root.read()))
+        reading.stop()
+        for place in (0, 1):  # as a pool of threads does that has tasks left after Ctrl-C
+            with self.assertRaises(KeyboardInterrupt):
+                reading.node(place)
+
     def test_python_runs_while_a_node_is_decoded(self):
         write_las(FOLDER / "large.las", survey_records(300_000, seed=2))
         site = cairn.open(build("large", FOLDER / "large.las", "--node-points", "300000", "--codec", "lzo999"))
