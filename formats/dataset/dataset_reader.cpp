@@ -14,8 +14,12 @@ namespace {
 std::uint64_t most_node_bytes(const DatasetReader& dataset, const SectionSet& wanted) {
   std::uint64_t most = 0;
   if (!dataset.is_remote()) return most;
-  for (std::uint64_t id = 0; id < dataset.nodes().size(); ++id)
-    most = std::max(most, dataset.size_bytes(NodeId{id}, wanted));
+  for (const NodeRecord& node : dataset.nodes()) {
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < node.sections.size(); ++i)
+      if (wanted[i]) bytes += node.sections[i].size_bytes;
+    most = std::max(most, bytes);
+  }
   return most;
 }
 

@@ -129,7 +129,17 @@ TEST_F(ExportTiles, UnitsAndKindsComeFromTheReferenceSystem) {
                    1200. / 3937);
   fs::remove_all(output());
   build_wavy(2000);
-  EXPECT_THAT(export_tiles({"--force"}).out, HasSubstr("nothing tells their unit"));
+  EXPECT_THAT(export_tiles({"--force"}).out, HasSubstr("nothing tells the unit of x and y"));
+  // That of heights alone would squash the scene.
+  fs::remove_all(output());
+  build_wavy(2000, {"--crs", R"(COMPD_CS["x",PROJCS["p",GEOGCS["g"]],)"
+                             R"(VERT_CS["v",VERT_DATUM["d"],UNIT["foot",0.3048]]])"});
+  EXPECT_THAT(export_tiles({"--force"}).out, HasSubstr("nothing tells the unit of x and y"));
+  EXPECT_EQ(tileset().at("asset").at("extras").at("cairn").at("metresPerHeightUnit"), 1);
+  fs::remove_all(output());
+  build_wavy(2000, {"--crs", R"(LOCAL_CS["site",UNIT["foot",0.3048]])"});
+  ASSERT_EQ(export_tiles({"--force"}).exit_code, 0);
+  EXPECT_EQ(tileset().at("asset").at("extras").at("cairn").at("metresPerUnit"), 0.3048);
   fs::remove_all(output());
   build_wavy(2000, {"--crs", R"(GEOCCS["WGS 84",DATUM["d"],UNIT["kilometre",1000]])"});
   ASSERT_EQ(export_tiles({"--force"}).exit_code, 0);

@@ -137,9 +137,15 @@ TEST_F(ScanFacts, AScanWithoutASystemIsTold) {
 }
 
 TEST_F(ScanFacts, SystemsThatCannotBeComparedAreTold) {
-  const std::string wkt = "LOCAL_CS[\"our site\",UNIT[\"metre\",1]]";
-  const Outcome outcome = build_two({geo_keys({{1024, 1}, {3072, 2994}})},
-                                    {vlr_bytes("LASF_Projection", 2112, wkt + '\0')});
+  const auto build_beside_feet = [&](const std::string& unit) {
+    const std::string wkt = "LOCAL_CS[\"our site\",UNIT[" + unit + "]]";
+    return build_two({geo_keys({{1024, 1}, {3072, 2994}})},
+                     {vlr_bytes("LASF_Projection", 2112, wkt + '\0')});
+  };
+  const Outcome metres = build_beside_feet("\"metre\",1");
+  EXPECT_EQ(metres.exit_code, 3);
+  EXPECT_THAT(metres.err, HasSubstr("found metre, expected foot, as a.las has it"));
+  const Outcome outcome = build_beside_feet("\"foot\",0.3048");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("our site, is taken for that of a.las, EPSG:2994"));
 }
