@@ -46,13 +46,14 @@ make_quiet_symbolizer() {
   chmod +x "$1"
 }
 
-# run <preset> <label> <ctest option>...
+# run <preset> <targets> <label> <ctest option>...
 run() {
-  local preset=$1 label=$2
-  shift 2
+  local preset=$1 targets=$2 label=$3
+  shift 3
   echo "== $preset"
   cmake --preset "$preset" >/dev/null
-  cmake --build --preset "$preset"
+  # shellcheck disable=SC2086  # a list
+  cmake --build --preset "$preset" --target $targets
   ctest --preset "$preset" --parallel "$jobs" --label-regex "$label" "$@"
 }
 
@@ -67,17 +68,18 @@ without="$opengl|^scripts/|/Manual\."
 for sanitizer in "$@"; do
   case $sanitizer in
     asan)
-      run asan short --exclude-regex "$without"
+      run asan all short --exclude-regex "$without"
       # The leak sanitizer now and then crashes over the threads that Mesa leaves running.
-      ASAN_OPTIONS=detect_leaks=0 run asan short --tests-regex "$opengl"
+      ASAN_OPTIONS=detect_leaks=0 run asan all short --tests-regex "$opengl"
       ;;
     tsan)
       build_tsan_onetbb
       make_quiet_symbolizer "$symbolizer"
       # Nor does the thread sanitizer see how Mesa's threads synchronise: no test of OpenGL.
-      run tsan short --tests-regex '^(stages|viewer|end_to_end)/' --exclude-regex "$without"
+      run tsan "stages_tests viewer_tests end_to_end_tests" short \
+        --tests-regex '^(stages|viewer|end_to_end)/' --exclude-regex "$without"
       ;;
-    fuzz) run asan fuzz ;;
+    fuzz) run asan all fuzz ;;
     *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
   esac
 done

@@ -7,7 +7,7 @@ namespace cairn::pipeline {
 namespace {
 
 /// Text between single quotes.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   std::string out = "'";
   for (const char c : text) {
     if (c == '\'' || c == '\\') out += '\\';
@@ -29,15 +29,15 @@ std::string offered(const FlagText& flag) {
 }
 
 std::string flag_line(const FlagText& flag, const std::string& condition) {
-  const std::string head = "complete -c cairn -n " + quoted(condition);
+  const std::string head = "complete -c cairn -n " + in_quotes(condition);
   const std::string values = offered(flag);
-  if (flag.is_argument()) return head + " -a " + quoted(values) + "\n";
+  if (flag.is_argument()) return head + " -a " + in_quotes(values) + "\n";
   std::string text = head;
   if (!flag.short_name.empty()) text += " -s " + flag.short_name.substr(1);
   if (!flag.long_name.empty()) text += " -l " + flag.long_name.substr(2);
   if (flag.kind != ValueKind::kNone) text += " -x";
-  if (!values.empty()) text += " -a " + quoted(values);
-  return text + " -d " + quoted(flag.help) + "\n";
+  if (!values.empty()) text += " -a " + in_quotes(values);
+  return text + " -d " + in_quotes(flag.help) + "\n";
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ std::string fish_completion(const ProgramText& text) {
       "complete -c cairn -f\n";
   for (const CommandText& command : text.commands)
     out += fmt::format("complete -c cairn -n __fish_use_subcommand -a {} -d {}\n", command.name,
-                       quoted(command.about));
+                       in_quotes(command.about));
   for (const FlagText& flag : text.program.flags) out += flag_line(flag, "__fish_use_subcommand");
   for (const CommandText& command : text.commands) {
     out += "\n";
