@@ -198,6 +198,7 @@ std::vector<RangeKey> RangeTable::with_neighbors(const RangeKey& key,
     keys.push_front(before->first);
   }
   std::vector<ByteRange> ranges;
+  ranges.reserve(keys.size());
   for (const RangeKey& near : keys)
     ranges.push_back({.offset = near.offset, .size_bytes = near.size_bytes});
   const auto at = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
