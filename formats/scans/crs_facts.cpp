@@ -39,7 +39,7 @@ std::optional<std::uint32_t> epsg_code(const WktNode& node) {
   return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(code) : std::nullopt;
 }
 
-/// A unit that anything could be measured in, from a micrometre up to about a light second.
+/// A unit that anything could be measured in: from a micrometre to a million kilometres.
 bool is_length(double metres) { return metres >= 1e-6 && metres <= 1e9; }
 
 /// Metres in the unit of a system's coordinates, or of an axis.
