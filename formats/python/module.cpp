@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "formats/dataset/dataset_reader.h"
+#include "formats/dataset/normal_map.h"
 #include "formats/error.h"
 #include "formats/python/arrays.h"
 #include "formats/python/errors.h"
@@ -21,6 +22,7 @@
 #include "formats/python/reader.h"
 #include "formats/python/reading.h"
 #include "formats/python/shared.h"
+#include "formats/vector_path.h"
 
 namespace cairn::formats::python {
 namespace {
@@ -68,6 +70,13 @@ std::shared_ptr<Reading> start_reading(Reader& reader, const std::vector<std::ui
                                                  .representative = representative}));
 }
 
+/// Makes what C++ would make at its first use, guarded by locks: a process that is forked while another thread makes it would
+/// wait for ever.
+void make_tables() {
+  vector_path();
+  decoded_normals();
+}
+
 /// World coordinates of grid steps, (points, 3) both, by the one formula of formats/dataset/grid.h.
 py::array_t<double> to_world(const Steps& steps, const std::array<double, 3>& step,
                              const std::array<double, 3>& offset,
@@ -93,6 +102,7 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The reader behind the package cairn. Use the package.";
   module.attr("version") = CAIRN_VERSION;
   register_errors();
+  make_tables();
   py::class_<Reader>(module, "Reader", "An open dataset: index in memory, nodes on demand.")
       .def(py::init<const std::string&, const std::string&, bool, std::uint64_t>(),
            py::arg("location"), py::arg("cache_folder"), py::arg("must_cache"),

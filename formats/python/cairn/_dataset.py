@@ -7,7 +7,6 @@ import operator
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Union
 
@@ -18,6 +17,7 @@ from . import _core
 from ._budget import cut_within
 from ._errors import UsageError
 from ._grid import Grid, as_box, meets
+from ._lazy import lazy_property
 from ._nodes import Node, Nodes
 from ._points import Points, describe_column
 
@@ -111,7 +111,7 @@ class Dataset:
 
     # --- What it is -----------------------------------------------------------------------------
 
-    @cached_property
+    @lazy_property
     def metadata(self) -> dict[str, Any]:
         """metadata.json, parsed: sources, levels, parameters of the build and more. What it says is not checked."""
         parsed: dict[str, Any] = json.loads(self._reader.metadata())
@@ -129,7 +129,7 @@ class Dataset:
         """Tight box of all points, world units: (2, 3), least corner first."""
         return self.root.box
 
-    @cached_property
+    @lazy_property
     def _table(self) -> NDArray[np.void]:
         """A row a node; see `Nodes.table`."""
         columns = self._reader.node_columns()
@@ -147,7 +147,7 @@ class Dataset:
 
     # --- Nodes ----------------------------------------------------------------------------------
 
-    @cached_property
+    @lazy_property
     def nodes(self) -> Nodes:
         """All nodes, coarse to fine."""
         return Nodes(self, np.arange(self.node_count))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Union, overload
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from ._errors import UsageError
 from ._grid import Grid
+from ._lazy import lazy_property
 
 Selector = Union[slice, NDArray[Any], Sequence[int], Sequence[bool]]
 """What selects some of many: a slice, a mask, or indices."""
@@ -47,7 +47,7 @@ class Points:
         self._weight = weight
         self._representative = representative
 
-    @cached_property
+    @lazy_property
     def xyz(self) -> NDArray[np.float64]:
         """World coordinates, (n, 3). Computed from `steps` when first asked for, then kept."""
         return self.grid.world(self.steps)

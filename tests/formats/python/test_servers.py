@@ -324,12 +324,30 @@ class Forked(ServedCase):
         self.assertEqual(len(inherited.root.read()), 313)
 
     def test_a_process_may_begin_while_its_parent_reads(self):
+        global inherited
         self.server.delay_s = 0.02
-        reader = threading.Thread(target=lambda: [inherited.nodes.read(threads=3) for _ in range(3)])
-        reader.start()
-        for _ in range(8):
-            self.assertEqual(self.exit_code(lambda: inherited.level(1).read()), 0)
-        reader.join()
+        for _ in range(3):
+            inherited = self.open()
+            reader = threading.Thread(target=lambda: inherited.nodes.read(threads=3))
+            reader.start()
+            for _ in range(3):
+                self.assertEqual(self.exit_code(lambda: inherited.level(1).read()), 0)
+            reader.join()
+
+    def test_a_process_may_begin_while_another_thread_computes(self):
+        computing, ended = threading.Event(), threading.Event()
+        self.addCleanup(ended.set)
+
+        class SlowGrid:
+            def world(self, steps):
+                computing.set()
+                ended.wait()
+
+        points = inherited.root.read()
+        points.grid = SlowGrid()
+        threading.Thread(target=lambda: points.xyz).start()
+        computing.wait()
+        self.assertEqual(self.exit_code(lambda: inherited.root.read().xyz), 0)
 
     def test_another_dataset_in_its_place_is_refused(self):
         global inherited
