@@ -25,7 +25,7 @@ constexpr std::size_t kLargestBlock = std::size_t{1} << 30;
 /// The worst case of LZO1X as its documentation gives it.
 constexpr std::size_t lzo_bound(std::size_t raw_size) { return raw_size + raw_size / 16 + 64 + 3; }
 
-const bool lzo_is_usable = lzo_init() == LZO_E_OK;
+const bool kLzoIsUsable = lzo_init() == LZO_E_OK;
 
 /// Grows `out` by `bound` bytes, lets `write(begin)` fill some of them and drops the rest.
 template <typename Write>
@@ -38,7 +38,7 @@ void append(std::vector<std::byte>& out, std::size_t bound, Write write) {
 }
 
 void compress_lzo(std::span<const std::byte> raw, bool best, std::vector<std::byte>& out) {
-  CAIRN_CHECK(lzo_is_usable);
+  CAIRN_CHECK(kLzoIsUsable);
   // LZO wants its work memory aligned for pointers; it need not be cleared.
   thread_local std::vector<void*> work;
   const std::size_t needed = best ? LZO1X_999_MEM_COMPRESS : LZO1X_1_MEM_COMPRESS;
@@ -81,7 +81,7 @@ DecodeError wrong_size(std::string_view codec, std::size_t found, std::size_t ex
 
 std::optional<DecodeError> decompress_lzo(std::span<const std::byte> compressed,
                                           std::span<std::byte> raw) {
-  CAIRN_CHECK(lzo_is_usable);
+  CAIRN_CHECK(kLzoIsUsable);
   lzo_uint size = raw.size();
   const int result = lzo1x_decompress_safe(
       reinterpret_cast<const unsigned char*>(compressed.data()), compressed.size(),
