@@ -31,7 +31,8 @@ FrontOptions front_options(const LodTree& tree, const FramePlan& plan, const Cac
           .cached_nodes = static_cast<std::size_t>(cache.beside_renderer ? kept - slots : 0),
           .loader_threads = threads,
           .prefetch = cache.prefetch,
-          .uploads = cache.uploads};
+          .uploads = cache.uploads,
+          .loaded = cache.loaded};
 }
 
 /// In a dataset whose children add to their parents, a block would have to stay drawn beside its child.

@@ -18,6 +18,7 @@ struct CacheOptions {
   unsigned loader_threads = 1;
   bool prefetch = false;
   std::uint32_t uploads = UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most
+  std::function<void()> loaded{};      ///< called by threads of the loader when a node was read
 };
 
 /// Nodes that the renderer of a view has room for. Throws Error (kUsage) if the cache is too small.

@@ -39,7 +39,8 @@ Front::Front(const LodTree& tree, const NodeSource& source, const FrontOptions& 
       slots_(options.slots, tree.fanout()),
       cache_(options.cached_nodes + waiting_nodes(options.loader_threads)),
       pause_(options.first_pause),
-      loader_(source, options.loader_threads, waiting_nodes(options.loader_threads)) {
+      loader_(source, options.loader_threads, waiting_nodes(options.loader_threads),
+              options.loaded) {
   CAIRN_CHECK(options.uploads >= 1);
 }
 
@@ -70,7 +71,10 @@ FrontFrame Front::advance(const View& view, const SelectionLimits& limits, const
   loader_.request(absent);
   frame.missing = static_cast<std::uint64_t>(
       std::ranges::count_if(wanted, [&](NodeIndex node) { return !slots_.holds(node); }));
-  frame.unfinished = !absent.empty() || uploads_left_ == 0 || (options_.prefetch && !held_before);
+  const bool goes_on =
+      uploads_left_ == 0 || (options_.prefetch && !held_before && frame.missing == 0);
+  frame.unfinished = goes_on || !absent.empty();
+  frame.waiting = frame.unfinished && !goes_on;
   last_ = wanted;
 
   frame.drawn =

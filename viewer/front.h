@@ -27,6 +27,7 @@ struct FrontOptions {
   bool prefetch = false;  ///< read what lies a little outside of the picture
   std::uint32_t uploads =
       UINT32_MAX;  ///< nodes handed to the renderer in one frame, at most, 1 or more
+  std::function<void()> loaded{};  ///< called by threads of the loader whenever a node was read
   /// After a failure of the network nodes are asked for again; if that fails, after twice this time, and so on.
   std::chrono::milliseconds first_pause{2000};
 };
@@ -41,6 +42,7 @@ struct FrontFrame {
   std::uint64_t hits = 0;           ///< nodes that came into use and were at hand
   std::uint64_t missing = 0;        ///< nodes of `selected` that are not at hand
   bool unfinished = false;          ///< nodes are still to be read or uploaded, prefetched ones too
+  bool waiting = false;             ///< and the next frame can do nothing before one was read
   std::vector<std::string> damage;  ///< of nodes that were found damaged since the last frame; each
                                     ///< is told once, of a network each kind of failure
   std::uint64_t unreachable = 0;    ///< nodes that the network did not bring; asked for again later

@@ -8,8 +8,9 @@
 
 namespace cairn::viewer {
 
-NodeLoader::NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting)
-    : source_(source), waiting_(waiting) {
+NodeLoader::NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting,
+                       std::function<void()> loaded)
+    : source_(source), waiting_(waiting), loaded_(std::move(loaded)) {
   CAIRN_CHECK(threads >= 1 && waiting >= 1);
   source_.listen([this] { wake(); });
   for (unsigned i = 0; i < threads; ++i)
@@ -100,6 +101,10 @@ void NodeLoader::work(const std::stop_token& stop) {
     done_.push_back(std::move(loaded));
     finished_.notify_all();
     if (stop.stop_requested()) return;
+    if (!loaded_) continue;
+    lock.unlock();
+    loaded_();
+    lock.lock();
   }
 }
 

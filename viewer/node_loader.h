@@ -5,6 +5,7 @@
 
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <stop_token>
@@ -26,8 +27,10 @@ struct LoadedNode {
 class NodeLoader {
  public:
   /// `source` must outlive the loader. At most `waiting` nodes that are not taken yet are kept: then
-  /// the threads rest, so that memory is bounded; recycled memory of as many is kept, too. Requires threads >= 1, waiting >= 1.
-  NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting);
+  /// the threads rest, so that memory is bounded; recycled memory of as many is kept, too. `loaded` is called by the threads
+  /// whenever there is something to take. Requires threads >= 1, waiting >= 1.
+  NodeLoader(const NodeSource& source, unsigned threads, std::size_t waiting,
+             std::function<void()> loaded = {});
   /// Finishes the nodes under way and drops all else.
   ~NodeLoader();
   NodeLoader(const NodeLoader&) = delete;
@@ -50,6 +53,7 @@ class NodeLoader {
 
   const NodeSource& source_;
   std::size_t waiting_;
+  std::function<void()> loaded_;
   std::mutex mutex_;
   std::condition_variable_any wake_;      ///< the threads: a wish, room, or the end
   std::condition_variable_any finished_;  ///< wait(): something is finished

@@ -78,6 +78,7 @@ FrameStatistics Scene::draw(const View& view, const SelectionLimits& limits, con
   frame.hits = front.hits;
   frame.missing = front.missing;
   frame.unfinished = front.unfinished || revealed;
+  frame.waiting = front.waiting && !revealed;
   frame.damaged = front_.damaged();
   frame.unreachable = front.unreachable;
   frame.outside = drawn_.outside;

@@ -29,6 +29,7 @@ struct FrameStatistics {
   std::uint64_t hits = 0;
   std::uint64_t missing = 0;      ///< nodes that ancestors still stand in for
   bool unfinished = false;        ///< another frame would read or upload nodes
+  bool waiting = false;           ///< but none before a node was read
   std::uint64_t damaged = 0;      ///< nodes that ancestors stand in for for good
   std::uint64_t unreachable = 0;  ///< and those until the network brings them
   std::uint64_t outside = 0;      ///< regions culled because they lie outside of the picture,

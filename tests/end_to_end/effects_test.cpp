@@ -128,10 +128,7 @@ TEST_F(Effects, KilledInAnyStageOrWithOtherThreadsAndMemoryTheBytesAreTheSame) {
   for (const char* stage : {"blocks", "duplicates", "outliers", "compact", "split", "cluster"}) {
     SCOPED_TRACE(stage);
     fs::remove_all(output());
-    Command arguments = command;
-    arguments.insert(arguments.begin(), {"build", "--progress", "json", "-o", output()});
-    run_program(CAIRN_PROGRAM, arguments, SIGKILL,
-                "\"begin\",\"stage\":\"" + std::string(stage) + "\"");
+    ASSERT_NO_FATAL_FAILURE(kill_build(command, stage));
     ASSERT_EQ(build(command).exit_code, 0);
     EXPECT_TRUE(bytes() == undisturbed);
     EXPECT_FALSE(fs::exists(output() + ".work"));
@@ -145,9 +142,7 @@ TEST_F(Effects, OtherEffectsAfterAKillAreThoseOfTheBuildThatEnds) {
     ASSERT_EQ(build(changed).exit_code, 0);
     const std::string expected = bytes();
     fs::remove_all(output());
-    Command arguments = command;
-    arguments.insert(arguments.begin(), {"build", "--progress", "json", "-o", output()});
-    run_program(CAIRN_PROGRAM, arguments, SIGKILL, "\"begin\",\"stage\":\"cluster\"");
+    ASSERT_NO_FATAL_FAILURE(kill_build(command, "cluster"));
     ASSERT_EQ(build(changed).exit_code, 0);
     EXPECT_TRUE(bytes() == expected);
     fs::remove_all(output());

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -27,6 +29,19 @@ class ProgramTest : public ::testing::Test {
   }
 
   std::string output() const { return folder_ / "site.cairn"; }
+
+  /// Kills a build when a stage begins: something of it is there to go on from, and no dataset. A build that ended before the
+  /// kill came is tried again.
+  void kill_build(std::vector<std::string> arguments, const std::string& stage) {
+    arguments.insert(arguments.begin(), {"build", "--progress", "json", "-o", output()});
+    for (int i = 0; i < 20; ++i) {
+      run_program(CAIRN_PROGRAM, arguments, SIGKILL, "\"begin\",\"stage\":\"" + stage + "\"");
+      if (!std::filesystem::exists(output())) return;
+      std::filesystem::remove_all(output());
+      std::filesystem::remove_all(output() + ".work");
+    }
+    FAIL() << "all builds ended before they were killed";
+  }
 
   nlohmann::json info() {
     const Outcome outcome = cairn({"info", "--json", output()});

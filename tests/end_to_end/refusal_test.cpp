@@ -139,10 +139,13 @@ TEST_F(Refusal, ASecondSignalEndsAtOnceAndTheNextBuildCleansUp) {
   // A build that waits for a pipe notices no wish to stop, so that the second one finds it running.
   const std::string pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  const Outcome outcome =
-      run_program("/bin/bash", {"-c", std::string(CAIRN_PROGRAM) + " build -o " + output() +
-                                          " --config " + pipe + " & exec 3>" + pipe +
-                                          "; kill -TERM $!; sleep 0.2; kill -HUP $!; wait $!"});
+  const Outcome outcome = run_program(
+      "/bin/bash",
+      {"-c",
+       std::string(CAIRN_PROGRAM) + " build -o " + output() + " --config " + pipe + " & exec 3>" +
+           pipe +
+           "; kill -TERM $!; while grep -q '^ShdPnd:.*[1-9a-f]' /proc/$!/status; do sleep 0.01; "
+           "done; kill -HUP $!; wait $!"});
   EXPECT_EQ(outcome.exit_code, 128 + SIGHUP);
 }
 

@@ -68,12 +68,6 @@ class Resume : public ProgramTest {
     EXPECT_FALSE(fs::exists(output() + ".work"));
   }
 
-  /// Kills a build when a stage begins.
-  void kill_in(const std::string& stage) {
-    Command arguments = command_;
-    arguments.insert(arguments.begin(), {"build", "--progress", "json", "-o", output()});
-    run_program(CAIRN_PROGRAM, arguments, SIGKILL, "\"begin\",\"stage\":\"" + stage + "\"");
-  }
   /// Kills a build as late as its work is still needed: before it writes the dataset.
   void kill_late() {
     if (late_call_ == 0) late_call_ = count_calls();
@@ -242,7 +236,7 @@ TEST_F(Resume, WorkArraysThatAreDamagedOrGoneAreMadeAnew) {
   for (const char* stage : {"split", "estimate", "cluster"})
     for (const bool gone : {false, true}) {
       SCOPED_TRACE(stage);
-      kill_in(stage);
+      ASSERT_NO_FATAL_FAILURE(kill_build(command_, stage));
       const fs::path arrays = output() + ".work/arrays";
       if (fs::exists(arrays))
         for (const auto& entry : fs::directory_iterator(arrays)) {

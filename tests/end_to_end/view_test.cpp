@@ -1,5 +1,8 @@
 // The window on a screen in memory, with mouse and keyboard as a person has them.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -11,6 +14,7 @@
 #include "tests/support/tiny_dataset.h"
 #include "tests/support/tiny_scans.h"
 #include "tests/support/virtual_screen.h"
+#include "tests/support/web_server.h"
 #include "viewer/picture.h"
 #include "viewer/walk_file.h"
 
@@ -25,6 +29,18 @@ using Json = nlohmann::json;
 constexpr int kPoints = 5000;
 /// Where the budget's slider lies in the window: pixels from its left and upper edge.
 constexpr int kSliderRight = 230, kSliderLeft = 14, kSliderY = 47;
+
+/// The share of pixels that clearly differ.
+double difference(const viewer::Picture& a, const viewer::Picture& b) {
+  if (a.size != b.size) return 1;
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+    int most = 0;
+    for (std::size_t c = i; c < i + 3; ++c) most = std::max(most, std::abs(a.rgb[c] - b.rgb[c]));
+    different += most > 8 ? 1 : 0;
+  }
+  return 3 * static_cast<double>(different) / static_cast<double>(a.rgb.size());
+}
 
 class View : public ProgramTest {
  protected:
@@ -54,11 +70,11 @@ class View : public ProgramTest {
 
   fs::path pictures() const { return folder_ / "pictures"; }
   std::string picture(int number) const {
-    return pictures() / ("cairn-000" + std::to_string(number) + ".png");
+    return pictures() / fmt::format("cairn-{:04}.png", number);
   }
 
   std::vector<std::string> arguments(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all{"view",    output(), "--size",        "640x400",
+    std::vector<std::string> all{"view",    dataset_, "--size",        "640x400",
                                  "--stats", "json",   "--screenshots", pictures()};
     all.insert(all.end(), more.begin(), more.end());
     return all;
@@ -85,7 +101,15 @@ class View : public ProgramTest {
     window_ = screen_->xdotool({"search", "--onlyvisible", "--class", "cairn"});
     window_ = window_.substr(0, window_.find('\n'));
     move_to(320, 350);
-    after_a_frame();
+    // The first key may be lost, as long as the window has not come up.
+    int polls = 0;
+    wait_until([&] {
+      if (polls++ % 100 == 0) key("F12");
+      return fs::exists(picture(pictures_taken_ + 1));
+    });
+    if (polls > 100)
+      std::this_thread::sleep_for(std::chrono::seconds(5));  // for those of other keys
+    while (fs::exists(picture(pictures_taken_ + 1))) ++pictures_taken_;
   }
 
   void move_to(int x, int y) {
@@ -93,16 +117,11 @@ class View : public ProgramTest {
   }
   void key(const std::string& name) { screen_->xdotool({"key", name}); }
 
-  /// Takes a screenshot, which tells that a frame was drawn with all that was done before. The
-  /// first key may be lost, as long as the window has not come up.
+  /// Takes a screenshot, which tells that a frame was drawn with all that was done before.
   void after_a_frame() {
     const std::string next = picture(++pictures_taken_);
-    int polls = 0;
-    wait_until([&] {
-      if (!fs::exists(next) && polls++ % 100 == 0) key("F12");
-      return fs::exists(next);
-    });
-    while (fs::exists(picture(pictures_taken_ + 1))) ++pictures_taken_;
+    key("F12");
+    wait_until([&] { return fs::exists(next); });
   }
 
   void drag(std::pair<int, int> from, std::pair<int, int> to) {
@@ -116,6 +135,21 @@ class View : public ProgramTest {
     after_a_frame();
   }
 
+  /// Opens the window and waits until it shows what `render` draws of the folder.
+  void expect_drawn_picture(const std::vector<std::string>& more = {}) {
+    const std::string drawn = folder_ / "drawn.png";
+    ASSERT_EQ(cairn({"render", output(), "-o", drawn, "--size", "640x400"}).exit_code, 0);
+    const viewer::Picture expected = viewer::read_png(drawn);
+    ASSERT_GT(difference(expected, {expected.size, std::vector<std::uint8_t>(expected.rgb.size(),
+                                                                             expected.rgb[0])}),
+              0.01);
+    open(more);
+    wait_until([&] {  // nodes are read meanwhile
+      after_a_frame();
+      return difference(viewer::read_png(picture(pictures_taken_)), expected) <= 0.01;
+    });
+  }
+
   /// Closes the window and returns what it told on stdout.
   Json close() {
     key("Escape");
@@ -124,43 +158,27 @@ class View : public ProgramTest {
     return Json::parse(outcome.out, nullptr, false);
   }
 
+  std::string dataset_ = output();  ///< that is shown
   std::optional<VirtualScreen> screen_;
   std::optional<RunningProgram> view_;
   std::string window_;
   int pictures_taken_ = 0;
 };
 
-/// The share of pixels that clearly differ.
-double difference(const viewer::Picture& a, const viewer::Picture& b) {
-  if (a.size != b.size) return 1;
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
-    int most = 0;
-    for (std::size_t c = i; c < i + 3; ++c) most = std::max(most, std::abs(a.rgb[c] - b.rgb[c]));
-    different += most > 8 ? 1 : 0;
-  }
-  return 3 * static_cast<double>(different) / static_cast<double>(a.rgb.size());
-}
-
 TEST_F(View, ShowsTheDatasetAsRenderDrawsIt) {
-  const std::string drawn = folder_ / "drawn.png";
-  ASSERT_EQ(cairn({"render", output(), "-o", drawn, "--size", "640x400"}).exit_code, 0);
-  const viewer::Picture expected = viewer::read_png(drawn);
-  ASSERT_GT(difference(expected, {expected.size,
-                                  std::vector<std::uint8_t>(expected.rgb.size(), expected.rgb[0])}),
-            0.01);
-  open();
-  double seen = 1;
-  for (int tries = 0; tries < 8 && seen > 0.01; ++tries) {  // nodes are read meanwhile
-    after_a_frame();
-    seen = difference(viewer::read_png(picture(pictures_taken_)), expected);
-  }
-  EXPECT_LE(seen, 0.01);
+  expect_drawn_picture();
   const Json told = close();
   EXPECT_EQ(told["points"], kPoints);
   EXPECT_EQ(told["mode"], "gl");
   EXPECT_EQ(told["size"], Json::array({640, 400}));
   EXPECT_EQ(told["sections"], Json::array({"position", "radius"}));
+}
+
+TEST_F(View, ShowsADatasetOnAServerAlike) {
+  const WebServer server(folder_.path());
+  dataset_ = server.url("site.cairn");
+  expect_drawn_picture({"--web-cache", "off"});
+  EXPECT_EQ(close()["points"], kPoints);
 }
 
 TEST_F(View, TheBudgetSliderChangesThePointsDrawn) {
@@ -218,6 +236,28 @@ TEST_F(View, ADamagedNodeIsToldOnceAndStoodInFor) {
   std::vector<std::string> lines = lines_of(view_->err());
   ASSERT_EQ(lines.size(), 1U) << view_->err();
   EXPECT_THAT(lines[0], AllOf(HasSubstr("nodes.bin"), HasSubstr("drawn by what stands for it")));
+}
+
+/// A frame takes milliseconds: the rest of these four seconds is for waiting.
+TEST_F(View, DrawsNothingWhileAServerIsWaitedFor) {
+  std::uint64_t root_bytes = 0;
+  const auto dataset = formats::DatasetReader::open(output());
+  for (const auto& section : dataset.record(formats::NodeId{0}).sections)
+    root_bytes += section.size_bytes;
+  WebServer server(folder_.path());
+  std::atomic<bool> stalls = false;
+  server.set_script([&](const WebRequest& request) -> std::optional<WebFault> {
+    if (!request.asks_for("nodes.bin") || *request.first < root_bytes) return std::nullopt;
+    stalls = true;
+    return WebFault{.kind = WebFault::kStall};
+  });
+  dataset_ = server.url("site.cairn");
+  open({"--web-cache", "off"});
+  wait_until([&] { return stalls.load(); });
+  std::this_thread::sleep_for(std::chrono::seconds(4));
+  const Json told = close();
+  EXPECT_LT(told["points"], kPoints);
+  EXPECT_LT(told["frames"], 30);
 }
 
 TEST_F(View, ASignalClosesIt) {

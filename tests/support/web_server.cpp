@@ -203,6 +203,7 @@ bool WebServer::answer(int socket, WebRequest request) {
     requests_.push_back(request);
     if (script_) fault = script_(request);
   }
+  if (fault) std::this_thread::sleep_for(fault->delay);
   return send_answer(socket, good_answer(request), fault);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -50,6 +51,7 @@ struct WebFault {
   std::uint64_t bytes = 0;
   int status = 0;
   std::string text{};
+  std::chrono::milliseconds delay{};  ///< before all of it
 };
 
 /// By what answers tell one version of a file from another.

@@ -80,12 +80,12 @@ TEST(RemoteLoader, PassesWishesOnInTheirOrder) {
 TEST(RemoteLoader, TakesWhatHasComeAndWaitsForNothingElse) {
   SlowNetwork network;
   NodeLoader loader(network, 1, 10);
-  loader.request(std::vector<NodeIndex>{9, 3, 7, 5});
-  network.bring({7});
-  EXPECT_EQ(take(loader, 1), (std::vector<NodeIndex>{7})) << "9 and 3 are more urgent but not here";
   network.bring({5, 3});
+  loader.request(std::vector<NodeIndex>{9, 3, 7, 5});
   EXPECT_EQ(take(loader, 2), (std::vector<NodeIndex>{3, 5}))
       << "of what is here the most urgent first";
+  network.bring({7});
+  EXPECT_EQ(take(loader, 1), (std::vector<NodeIndex>{7})) << "9 is more urgent but not here";
   network.bring({9});
   EXPECT_EQ(take(loader, 1), (std::vector<NodeIndex>{9}));
 }

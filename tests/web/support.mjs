@@ -130,6 +130,7 @@ export async function serve(context, folders, missed) {
 export async function openBrowser(context) {
   const browser = await modules('playwright-core').chromium.launch({
     executablePath: process.env.CAIRN_CHROMIUM,
+    timeout: 120_000,
     args: [
       '--headless=new',
       '--no-sandbox',
@@ -151,6 +152,7 @@ export async function openBrowser(context) {
 /** A page that tells in `faults` of every error on its console, uncaught exception and request that fails or goes elsewhere. */
 export async function openPage(browser, origin, path, size = { width: 800, height: 600 }) {
   const page = await browser.newPage({ viewport: size, deviceScaleFactor: 1 });
+  page.setDefaultTimeout(120_000);
   const faults = [];
   page.on('console', (message) => message.type() === 'error' && faults.push(`console: ${message.text()}`));
   page.on('pageerror', (error) => faults.push(`exception: ${error.message}`));

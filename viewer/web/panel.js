@@ -7,7 +7,8 @@ const counted = new Intl.NumberFormat('en-US');
 const short = new Intl.NumberFormat('en-US', { notation: 'compact', maximumSignificantDigits: 3 });
 const length = (metres) => {
   const size = Math.abs(metres);
-  if (size >= 0.1 || size === 0) return `${metres.toFixed(size < 10 ? 2 : 1)} m`;
+  if (size === 0) return '0 m';
+  if (size >= 0.1) return `${metres.toFixed(size < 10 ? 2 : 1)} m`;
   return size >= 0.001 ? `${(1000 * metres).toFixed(1)} mm` : '< 1 mm';
 };
 const pixels = (value) =>

@@ -26,7 +26,7 @@ constexpr int kFramesAfterEvent = 3;
 /// Nodes handed to the card in one frame, so that frames go on while many are read.
 constexpr std::uint32_t kUploads = 4;
 constexpr double kShiftSpeed = 4;  ///< of flight with Shift
-constexpr double kMessageSeconds = 4, kLongestRest = 1, kLoadingRest = 0.005;
+constexpr double kMessageSeconds = 4, kLongestRest = 1, kUploadRest = 0.005;
 
 class Viewing {
  public:
@@ -54,10 +54,11 @@ class Viewing {
     while (!window_.should_close() && !stop.stop_requested() && frames_ < options_.frames) {
       const double rest_s = time_to_rest();
       window_.take_events(rest_s);
-      rested_ = rested_ || rest_s > kLoadingRest;
+      rested_ = rested_ || rest_s > kUploadRest;
       if (window_.take_change()) due_ = kFramesAfterEvent;
       recorder_.note(glfwGetTime(), state_.camera);
-      if (moving() || loading_ || due_ > 0 || message_is_over() || facts_.frame.unreachable > 0)
+      if (moving() || facts_.frame.unfinished || due_ > 0 || message_is_over() ||
+          facts_.frame.unreachable > 0)
         draw_frame();
     }
     if (recorder_.recording()) end_recording();
@@ -81,7 +82,8 @@ class Viewing {
   double time_to_rest() const {
     if (!is_shown()) return kLongestRest;
     if (moving() || due_ > 0) return 0;
-    if (loading_) return kLoadingRest;
+    // Where a node must be read first, the loader wakes.
+    if (facts_.frame.unfinished && !facts_.frame.waiting) return kUploadRest;
     if (recorder_.recording()) return WalkRecorder::kInterval / 4;
     return facts_.message.empty() ? kLongestRest
                                   : std::max(0.01, message_end_ - glfwGetTime() + 0.01);
@@ -176,7 +178,6 @@ class Viewing {
     FrameStatistics frame = scene.draw(*view_, state_.limits, state_.wishes, true);
     for (const std::string& line : frame.damage)
       options_.warn(line + "; drawn by what stands for it");
-    loading_ = frame.unfinished;
     facts_.totals.loads += frame.loads;
     facts_.totals.forced_loads += frame.forced_loads;
     facts_.totals.hits += frame.hits;
@@ -199,6 +200,7 @@ class Viewing {
     CacheOptions cache = options_.cache;
     cache.beside_renderer = true;
     cache.uploads = kUploads;
+    cache.loaded = [] { Window::wake(); };
     plan_ = plan;
     pictures_.reset();  // the card has room for one
     pictures_.emplace(dataset_, tree_, plan, cache, [this](const RendererSize& size) {
@@ -228,7 +230,7 @@ class Viewing {
     facts_.recording = recorder_.recording();
     facts_.replaying = replay_start_.has_value();
     facts_.has_walk = walk_.has_value();
-    facts_.resting = due_ == 0 && !loading_ && !moving();
+    facts_.resting = due_ == 0 && !facts_.frame.unfinished && !moving();
   }
 
   const formats::DatasetReader& dataset_;
@@ -245,7 +247,6 @@ class Viewing {
 
   FrameClock clock_;
   int due_ = kFramesAfterEvent;
-  bool loading_ = false;
   bool rested_ = true;
   std::uint64_t frames_ = 0;
   std::optional<View> view_;  ///< of the last frame

@@ -32,7 +32,7 @@ class RemoteDataset : public testing::Test {
   std::filesystem::path site() const { return folder_ / "site.cairn"; }
   AccessOptions options(bool kept = false) const {
     return {.cache_folder = kept ? folder_ / "cache" : "",
-            .stall_timeout = std::chrono::seconds(1),
+            .stall_timeout = std::chrono::seconds(5),
             .attempts = 3,
             .first_delay = milliseconds(1)};
   }

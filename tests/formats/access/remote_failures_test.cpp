@@ -143,8 +143,7 @@ TEST_F(RemoteFilesTest, OneRangeThatFailsLeavesOthersWhileBytesCome) {
   server_.set_script([](const WebRequest& request) -> std::optional<WebFault> {
     if (request.first == 100'000u) return WebFault{.kind = WebFault::kSlow, .bytes = 20};
     if (request.first != 5000u) return std::nullopt;
-    std::this_thread::sleep_for(milliseconds(100));
-    return WebFault{.kind = WebFault::kStatus, .status = 500};
+    return WebFault{.kind = WebFault::kStatus, .status = 500, .delay = milliseconds(100)};
   });
   const auto list = source->make_wish_list({}, 0);
   const std::vector<ByteRange> wishes{range(5000, 1000), range(100'000, 1000),

@@ -38,7 +38,7 @@ class RemoteFilesTest : public testing::Test {
   AccessOptions quick() const {
     return {.cache_folder = {},
             .connect_timeout = milliseconds(2000),
-            .stall_timeout = std::chrono::seconds(1),
+            .stall_timeout = std::chrono::seconds(5),
             .attempts = 4,
             .first_delay = milliseconds(1)};
   }

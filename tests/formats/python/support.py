@@ -6,6 +6,7 @@ import atexit
 import os
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -29,6 +30,8 @@ _folder = tempfile.TemporaryDirectory(prefix="cairn-python-")
 FOLDER = Path(_folder.name)
 atexit.register(_folder.cleanup)
 os.environ["XDG_CACHE_HOME"] = str(FOLDER / "caches")  # nothing of the user's is read or written
+os.environ["no_proxy"] = "*"
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background may have begun without
 
 # LAS 1.2, point format 3.
 LAS_RECORD = np.dtype([("steps", "<i4", 3), ("intensity", "<u2"), ("flags", "u1"), ("classification", "u1"),

@@ -75,7 +75,7 @@ class Served(ServedCase):
         self.assert_same_points(site.level(2).read(), self.site.level(2).read())
 
     def test_the_next_nodes_come_while_one_is_waited_for(self):
-        self.server.delay_s = 0.05
+        self.server.delay_s = 0.2
         whole = {"representative": True}  # all sections, which lie side by side
         for read in (lambda site: site.level(3).read(threads=1, **whole),
                      lambda site: site.level(3)[::-1].read(threads=2, **whole),
@@ -85,8 +85,8 @@ class Served(ServedCase):
             self.server.most_at_once = 0
             begin = time.monotonic()
             read(site)
-            # 64 nodes of 6 KB each, one after the other, would take 3.2 seconds. A request joins at most 256 KiB.
-            self.assertLess(time.monotonic() - begin, 1.5)
+            # 64 nodes of 6 KB each, one after the other, would take 12.8 seconds. A request joins at most 256 KiB.
+            self.assertLess(time.monotonic() - begin, 6)
             self.assertLess(len(self.server.answered), 20)
             self.assertGreater(self.server.most_at_once, 1)
 
@@ -102,6 +102,7 @@ class Served(ServedCase):
         self.server.delay_s = 0.005
         for _ in range(5):
             site = self.open()
+            self.server.answered.clear()
             outcomes = []
 
             def read(site=site, outcomes=outcomes):
@@ -113,7 +114,7 @@ class Served(ServedCase):
             readers = [threading.Thread(target=read) for _ in range(3)]
             for reader in readers:
                 reader.start()
-            while not self.server.at_once:
+            while not self.server.answered:
                 time.sleep(0.001)
             site.close()
             for reader in readers:
@@ -206,7 +207,7 @@ class Interrupted(ServedCase):
         timer.start()
         self.assertEqual(process.stdout.readline(), "interrupted\n")
         timer.cancel()
-        self.assertLess(time.monotonic() - begin, 2)
+        self.assertLess(time.monotonic() - begin, 10)
         self.server.flowing.set()
         printed, complaint = process.communicate("\n", timeout=60)
         self.assertEqual((process.returncode, printed, complaint), (0, "26573\n", ""))
@@ -241,7 +242,7 @@ class Interrupted(ServedCase):
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=20)
-        self.assertLess(time.monotonic() - begin, 2)
+        self.assertLess(time.monotonic() - begin, 10)
         self.assertEqual(process.returncode, -signal.SIGINT)
         self.assertTrue(complaint.endswith("KeyboardInterrupt\n"), complaint)
 
@@ -273,8 +274,8 @@ class Interrupted(ServedCase):
         main = threading.get_ident()
         for threads in (1, 3):
             self.server.stalled.clear()
-            threading.Timer(0.3, signal.pthread_kill, (main, signal.SIGUSR1)).start()
             with self.assertRaises(ZeroDivisionError):
+                threading.Timer(0.3, signal.pthread_kill, (main, signal.SIGUSR1)).start()
                 site.nodes.read(threads=threads)
 
 
@@ -371,12 +372,13 @@ reader = threading.Thread(target=site.root.read, args=([],))
 reader.start()
 time.sleep(0.2)
 site.close()
-longest, last = 0, time.monotonic()
+longest, begin = 0, time.monotonic()
+last = begin
 while reader.is_alive():
     time.sleep(0.005)
     now = time.monotonic()
     longest, last = max(longest, now - last), now
-print(longest)
+print(longest, last - begin)
 """
 
 
@@ -390,7 +392,8 @@ class LetGo(ServedCase):
             process = python(LET_GO, self.url, cache)
         printed, complaint = process.communicate(timeout=120)
         self.assertEqual(complaint, "")
-        self.assertLess(float(printed), 0.4)
+        longest, whole = map(float, printed.split())
+        self.assertLess(longest, whole / 2)
 
 
 if __name__ == "__main__":
