@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar, Union, overload
+from typing import Any, Generic, TypeVar, overload
 
 Value = TypeVar("Value")
 
@@ -26,7 +26,7 @@ class lazy_property(Generic[Value]):
     def __get__(self, instance: None, owner: type) -> lazy_property[Value]: ...
     @overload
     def __get__(self, instance: object, owner: type) -> Value: ...
-    def __get__(self, instance: object | None, owner: type) -> Union[lazy_property[Value], Value]:
+    def __get__(self, instance: object | None, owner: type) -> lazy_property[Value] | Value:
         if instance is None:
             return self
         kept: Value = vars(instance).setdefault(self._name, self._compute(instance))
