@@ -276,16 +276,16 @@ TEST(Front, PrefetchHasWhatATurnBringsIntoThePicture) {
 class FlakyNetwork : public NodeSource {
  public:
   void load(NodeIndex node, NodePoints& points, const std::stop_token&) const override {
-    ++asked_;
-    if (node != 0 && !up_)
+    ++asked;
+    if (node != 0 && !up)
       throw formats::Error(formats::ErrorKind::kSystem,
                            {.what = "no answer", .found = std::to_string(node)});
     points.position.assign(1, glm::vec3(static_cast<float>(node), 0, 0));
   }
   bool is_remote() const override { return true; }
 
-  mutable std::atomic<int> asked_ = 0;
-  std::atomic<bool> up_ = false;
+  mutable std::atomic<int> asked = 0;
+  std::atomic<bool> up = false;
 };
 
 TEST(FrontOverANetwork, WhatDoesNotComeIsDrawnByAncestorsToldOnceAndAskedForAgain) {
@@ -307,10 +307,10 @@ TEST(FrontOverANetwork, WhatDoesNotComeIsDrawnByAncestorsToldOnceAndAskedForAgai
   front.wait();  // for what was still under way
   EXPECT_EQ(told, 1u);
   EXPECT_EQ(front.damaged(), 0u);
-  const int asked = network.asked_;
+  const int asked = network.asked;
   front.advance(view, limits);
-  EXPECT_EQ(network.asked_, asked) << "not before the pause is over";
-  network.up_ = true;
+  EXPECT_EQ(network.asked, asked) << "not before the pause is over";
+  network.up = true;
   const auto begin = std::chrono::steady_clock::now();
   while (frame.missing > 0 || frame.unreachable > 0) {
     frame = front.advance(view, limits);
