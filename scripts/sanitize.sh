@@ -76,8 +76,9 @@ for sanitizer in "$@"; do
       build_tsan_onetbb
       make_quiet_symbolizer "$symbolizer"
       # Nor does the thread sanitizer see how Mesa's threads synchronise: no test of OpenGL.
-      run tsan "stages_tests viewer_tests end_to_end_tests" short \
-        --tests-regex '^(stages|viewer|end_to_end)/' --exclude-regex "$without"
+      run tsan "formats_tests stages_tests viewer_tests end_to_end_tests" short \
+        --tests-regex '^(stages/|viewer/|end_to_end/|formats/(Remote|.*(PassingFailure|RefusedAnswer)))' \
+        --exclude-regex "$without"
       ;;
     fuzz) run asan all fuzz ;;
     *) grep '^#   ' "scripts/$(basename "$0")" >&2; exit 2 ;;
