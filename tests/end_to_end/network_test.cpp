@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "formats/dataset/dataset_reader.h"
+#include "tests/end_to_end/below_root.h"
 #include "tests/end_to_end/render_fixture.h"
 #include "tests/support/environment.h"
 #include "tests/support/web_server.h"
@@ -47,16 +47,6 @@ class Network : public Render {
     server_->set_script([=](const WebRequest& request) -> std::optional<WebFault> {
       return request.asks_for(file) ? std::optional(fault) : std::nullopt;
     });
-  }
-  /// What asks for nodes below the root, which come behind it in nodes.bin.
-  std::function<bool(const WebRequest&)> below_root() const {
-    const auto dataset = formats::DatasetReader::open(output());
-    std::uint64_t root_bytes = 0;
-    for (const auto& section : dataset.record(formats::NodeId{0}).sections)
-      root_bytes += section.size_bytes;
-    return [root_bytes](const WebRequest& request) {
-      return request.asks_for("nodes.bin") && *request.first >= root_bytes;
-    };
   }
   /// Ctrl-C ends the command, which waits for what `waits` asks for, at once.
   void expect_stop(const std::vector<std::string>& arguments,
@@ -160,10 +150,11 @@ TEST_F(Network, AWalkWithoutWaitingDrawsWhatIsThere) {
 
 TEST_F(Network, ANodeThatDoesNotComeIsDrawnByItsAncestorAndToldOnce) {
   render("local.png");
-  server_->set_script([waits = below_root()](const WebRequest& request) -> std::optional<WebFault> {
-    if (!waits(request)) return std::nullopt;
-    return WebFault{.kind = WebFault::kStatus, .status = 404};
-  });
+  server_->set_script(
+      [waits = asks_below_root(output())](const WebRequest& request) -> std::optional<WebFault> {
+        if (!waits(request)) return std::nullopt;
+        return WebFault{.kind = WebFault::kStatus, .status = 404};
+      });
   const Outcome outcome =
       remote({"render", url(), "-o", file("web.png"), "--size", "320x200", "--stats", "json"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -242,7 +233,7 @@ TEST_F(Network, CtrlCEndsWaitingForAName) {
 
 TEST_F(Network, CtrlCEndsWaitingForNodes) {
   write_text(file("walk.toml"), kWalk);
-  const auto below = below_root();
+  const auto below = asks_below_root(output());
   expect_stop({"render", url(), "-o", file("web.png"), "--web-cache", "off"}, below);
   expect_stop({"render", url(), "--path", file("walk.toml"), "--wait", "-o", file("walk.csv"),
                "--web-cache", "off"},

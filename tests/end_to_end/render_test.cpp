@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tests/end_to_end/render_fixture.h"
+#include "tests/support/pictures.h"
 
 namespace cairn::test {
 namespace {
@@ -17,18 +18,6 @@ class RenderNormals : public Render {
  protected:
   void SetUp() override { write_tiny_dataset(output(), make_tiny_tree(tiny_header())); }
 };
-
-/// The share of pixels that differ by more than 8 levels of 255, as same_picture_test.cpp has it.
-double difference(const viewer::Picture& a, const viewer::Picture& b) {
-  if (a.size != b.size) return 1;
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
-    int most = 0;
-    for (std::size_t c = i; c < i + 3; ++c) most = std::max(most, std::abs(a.rgb[c] - b.rgb[c]));
-    different += most > 8 ? 1 : 0;
-  }
-  return 3 * static_cast<double>(different) / static_cast<double>(a.rgb.size());
-}
 
 using Row = std::vector<std::string>;
 
@@ -150,7 +139,7 @@ TEST_F(Render, OpenGlDrawsTheSamePicture) {
     for (const char* key :
          {"points", "nodes", "pixel_bound", "inner_pixel_bound", "passes", "sections"})
       EXPECT_EQ(gl[key], cpu[key]) << key;
-    EXPECT_LE(difference(picture("gl.png"), picture("cpu.png")), 0.001) << primitive;
+    EXPECT_LE(share_of_pixels_apart(picture("gl.png"), picture("cpu.png")), 0.001) << primitive;
   }
 }
 
@@ -182,7 +171,7 @@ TEST_F(Render, AWalkThatWaitsDrawsEachFrameAsAPictureOfItsOwn) {
       render("alone.png", {"--camera", "500,-1000,800/500,500,0/0,0,1/50", "--budget", "2000"});
   EXPECT_EQ(alone["points"].get<double>(), column(rows, "points").back());
   EXPECT_EQ(picture("last.png").size, picture("alone.png").size);
-  EXPECT_LE(difference(picture("last.png"), picture("alone.png")), 0.001);
+  EXPECT_LE(share_of_pixels_apart(picture("last.png"), picture("alone.png")), 0.001);
 }
 
 }  // namespace

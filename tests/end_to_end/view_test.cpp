@@ -10,11 +10,12 @@
 #include <stdexcept>
 #include <thread>
 
+#include "tests/end_to_end/below_root.h"
 #include "tests/end_to_end/program_test.h"
+#include "tests/support/pictures.h"
 #include "tests/support/tiny_dataset.h"
 #include "tests/support/tiny_scans.h"
 #include "tests/support/virtual_screen.h"
-#include "tests/support/web_server.h"
 #include "viewer/picture.h"
 #include "viewer/walk_file.h"
 
@@ -29,18 +30,6 @@ using Json = nlohmann::json;
 constexpr int kPoints = 5000;
 /// Where the budget's slider lies in the window: pixels from its left and upper edge.
 constexpr int kSliderRight = 230, kSliderLeft = 14, kSliderY = 47;
-
-/// The share of pixels that clearly differ.
-double difference(const viewer::Picture& a, const viewer::Picture& b) {
-  if (a.size != b.size) return 1;
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
-    int most = 0;
-    for (std::size_t c = i; c < i + 3; ++c) most = std::max(most, std::abs(a.rgb[c] - b.rgb[c]));
-    different += most > 8 ? 1 : 0;
-  }
-  return 3 * static_cast<double>(different) / static_cast<double>(a.rgb.size());
-}
 
 class View : public ProgramTest {
  protected:
@@ -140,13 +129,14 @@ class View : public ProgramTest {
     const std::string drawn = folder_ / "drawn.png";
     ASSERT_EQ(cairn({"render", output(), "-o", drawn, "--size", "640x400"}).exit_code, 0);
     const viewer::Picture expected = viewer::read_png(drawn);
-    ASSERT_GT(difference(expected, {expected.size, std::vector<std::uint8_t>(expected.rgb.size(),
-                                                                             expected.rgb[0])}),
+    ASSERT_GT(share_of_pixels_apart(
+                  expected,
+                  {expected.size, std::vector<std::uint8_t>(expected.rgb.size(), expected.rgb[0])}),
               0.01);
     open(more);
     wait_until([&] {  // nodes are read meanwhile
       after_a_frame();
-      return difference(viewer::read_png(picture(pictures_taken_)), expected) <= 0.01;
+      return share_of_pixels_apart(viewer::read_png(picture(pictures_taken_)), expected) <= 0.01;
     });
   }
 
@@ -240,17 +230,14 @@ TEST_F(View, ADamagedNodeIsToldOnceAndStoodInFor) {
 
 /// A frame takes milliseconds: the rest of these four seconds is for waiting.
 TEST_F(View, DrawsNothingWhileAServerIsWaitedFor) {
-  std::uint64_t root_bytes = 0;
-  const auto dataset = formats::DatasetReader::open(output());
-  for (const auto& section : dataset.record(formats::NodeId{0}).sections)
-    root_bytes += section.size_bytes;
   WebServer server(folder_.path());
   std::atomic<bool> stalls = false;
-  server.set_script([&](const WebRequest& request) -> std::optional<WebFault> {
-    if (!request.asks_for("nodes.bin") || *request.first < root_bytes) return std::nullopt;
-    stalls = true;
-    return WebFault{.kind = WebFault::kStall};
-  });
+  server.set_script(
+      [&, waits = asks_below_root(output())](const WebRequest& request) -> std::optional<WebFault> {
+        if (!waits(request)) return std::nullopt;
+        stalls = true;
+        return WebFault{.kind = WebFault::kStall};
+      });
   dataset_ = server.url("site.cairn");
   open({"--web-cache", "off"});
   wait_until([&] { return stalls.load(); });

@@ -15,16 +15,16 @@
 #include <random>
 #include <string>
 
+#include "tests/support/pictures.h"
 #include "tests/viewer/gl_fixture.h"
 #include "viewer/cpu/cpu_renderer.h"
 
 namespace cairn::viewer::tests {
 namespace {
 
-/// At most this share of pixels may differ by more than kLevels of 255. Measured with Mesa 22.3:
-/// 0.0003 and less for points, none for discs, 0.00001 for splats.
+/// At most this share of pixels may be apart. Measured with Mesa 22.3: 0.0003 and less for points,
+/// none for discs, 0.00001 for splats.
 constexpr double kShare = 0.001;
-constexpr int kLevels = 8;
 
 constexpr std::uint32_t kSlots = 8;
 constexpr std::uint32_t kSlotPoints = 700;
@@ -85,17 +85,6 @@ Picture picture_of(Renderer& renderer, const Scene& scene, const FramePlan& plan
   return renderer.picture();
 }
 
-double share_of_pixels_apart(const Picture& a, const Picture& b, int levels) {
-  std::size_t apart = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
-    int most = 0;
-    for (std::size_t c = 0; c < 3; ++c)
-      most = std::max(most, std::abs(int{a.rgb[i + c]} - int{b.rgb[i + c]}));
-    apart += most > levels ? 1 : 0;
-  }
-  return static_cast<double>(apart) / static_cast<double>(a.rgb.size() / 3);
-}
-
 struct Case {
   std::string name;
   FramePlan plan;
@@ -137,7 +126,7 @@ TEST_P(SamePicture, OnTheProcessorAndWithOpenGl) {
   const Picture drawn = picture_of(gl, scene, GetParam().plan);
   ASSERT_EQ(drawn.size, expected.size);
   EXPECT_GT(covered_pixels(expected), 2000u);
-  const double share = share_of_pixels_apart(drawn, expected, kLevels);
+  const double share = test::share_of_pixels_apart(drawn, expected);
   RecordProperty("share", std::to_string(share));
   EXPECT_LE(share, kShare);
 }
